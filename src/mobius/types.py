@@ -222,7 +222,7 @@ class JointCommand:
     """Position targets of all servos."""
 
     q: Array
-    """(22,) [rad] (grippers: finger closing angle), order :data:`mobius.model.JOINTS`."""
+    """(22,) [rad] (grippers: opening angle, 0 closed), order :data:`mobius.model.JOINTS`."""
     stamp: float
     """[s]."""
 

@@ -12,8 +12,8 @@ _ARM = (
     "shoulder_yaw",
     "shoulder_motor_a",
     "shoulder_motor_b",
-    "wrist_roll",
     "wrist_pitch",
+    "wrist_roll",
     "wrist_yaw",
 )
 _LEG = ("hip_yaw", "hip_motor_a", "hip_motor_b", "ankle_pitch")

@@ -1,0 +1,49 @@
+"""Eq. (2): from raw policy actions to servo targets."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ACTION_SCALE = 0.3
+"""a_scale [rad] (Table I)."""
+FILTER_LENGTH = 3
+"""n_actions; the paper prints none. 50 ms at 60 Hz, the newest action included."""
+ACTION_CLIP = 4.0
+"""Raw actions beyond this are clipped: no target further than 1.2 rad from the default."""
+
+
+class ActionFilter:
+    """Theta_action = Theta_default + a_scale * mean of the last n_actions actions."""
+
+    def __init__(
+        self,
+        default: Array,
+        low: Array,
+        high: Array,
+        n: int = 1,
+        *,
+        scale: float = ACTION_SCALE,
+        length: int = FILTER_LENGTH,
+    ) -> None:
+        """Args: default, low, high (k,) [rad]; n robots; scale [rad]; length [actions]."""
+        self.default, self.low, self.high, self.scale = default, low, high, scale
+        self._past = np.zeros((n, length, len(default)))
+
+    def reset(self, which: NDArray[np.bool_] | slice = slice(None)) -> None:
+        """Forget the actions of these robots."""
+        self._past[which] = 0.0
+
+    @property
+    def last(self) -> Array:
+        """(n, k) newest raw action, clipped."""
+        return self._past[:, 0]
+
+    def push(self, action: Array) -> Array:
+        """Servo targets (n, k) [rad] inside the joint limits for raw actions (n, k)."""
+        self._past[:, 1:] = self._past[:, :-1].copy()
+        self._past[:, 0] = np.clip(action, -ACTION_CLIP, ACTION_CLIP)
+        target = self.default + self.scale * self._past.mean(axis=1)
+        return np.clip(target, self.low, self.high)

@@ -1,0 +1,69 @@
+"""The two walking bodies as data: which joints a policy moves, from which pose, how fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.errors import UnknownName
+from mobius.model.joints import joint_index
+from mobius.types import LIMBS, Mode
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """One body a locomotion policy drives."""
+
+    mode: Mode
+    keyframe: str
+    """Keyframe whose servo targets are Theta_default of Eq. (2)."""
+    joints: tuple[str, ...]
+    """Actuated joints, in the order of the action; the others hold their target."""
+    heading: Literal["crawl", "biped"]
+    """Which trunk axis points forward (:func:`mobius.geometry.heading_axis`)."""
+    feet: tuple[str, ...]
+    """Limbs that touch the ground."""
+    command_low: tuple[float, float, float]
+    """Slowest vx, vy [m/s], wz [rad/s] it is trained for."""
+    command_high: tuple[float, float, float]
+
+    @property
+    def index(self) -> NDArray[np.int64]:
+        """Where the actuated joints stand in JOINTS."""
+        return joint_index(*self.joints)
+
+
+def _crawl_joints() -> tuple[str, ...]:
+    """14: three a leg (ankle fixed), four an arm (of the wrist only yaw), Sec. IV-A2."""
+    arm = ("shoulder_yaw", "shoulder_motor_a", "shoulder_motor_b", "wrist_yaw")
+    leg = ("hip_yaw", "hip_motor_a", "hip_motor_b")
+    names = [f"{s}_{j}" for s in ("left", "right") for j in arm]
+    return tuple(names + [f"{s}_{j}" for s in ("left", "right") for j in leg])
+
+
+BODIES: dict[str, Body] = {
+    "crawl": Body(
+        mode=Mode.CRAWL,
+        keyframe="crawl",
+        joints=_crawl_joints(),
+        heading="crawl",
+        feet=LIMBS,
+        command_low=(-0.4, -0.4, -0.6),
+        command_high=(0.4, 0.4, 0.6),
+    ),
+}
+"""Bodies with a policy so far."""
+
+
+@cache
+def body_of(name: str) -> Body:
+    """The body called ``name``. Raises :class:`UnknownName`."""
+    if name not in BODIES:
+        raise UnknownName("body", name, BODIES)
+    return BODIES[name]

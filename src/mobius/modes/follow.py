@@ -1,0 +1,129 @@
+"""From a plan to body twists: pure pursuit along the plan's cells.
+
+The robot moves in any direction, so position and heading are steered apart: the velocity
+points at a spot a little ahead on the path, the heading turns towards the path, and while
+the heading is far off the robot slows down and turns first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.geometry import heading_yaw, wrap_angle
+from mobius.types import Mode, ModeCommand, Plan, StateEstimate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FollowerConfig:
+    """Gains of the follower."""
+
+    speed: float = 0.36
+    """Cruising speed [m/s]."""
+    turn_rate: float = 0.55
+    """Largest yaw rate [rad/s]."""
+    lookahead: float = 0.28
+    """Distance ahead on the path that is aimed at [m]."""
+    heading_lookahead: float = 0.60
+    """Distance ahead that the heading turns to [m]."""
+    heading_gain: float = 1.6
+    """Yaw rate per heading error [1/s]."""
+    position_gain: float = 1.2
+    """Speed per distance near the goal [1/s]."""
+    acceleration: float = 0.6
+    """Largest change of the commanded velocity [m/s^2]."""
+    tolerance: float = 0.08
+    """Distance to the goal that counts as there [m]."""
+
+
+class PathFollower:
+    """Follows one plan from the belief alone; the path is in the frame of the belief."""
+
+    def __init__(self, plan: Plan, config: FollowerConfig | None = None) -> None:
+        self.config = config or FollowerConfig()
+        keep = [0] + [
+            i for i in range(1, len(plan.xy_M)) if (plan.cells[i] != plan.cells[i - 1]).any()
+        ]
+        self._xy = plan.xy_M[keep]
+        self._modes = [plan.modes[max(i - 1, 0)] for i in keep] if plan.modes else [Mode.CRAWL]
+        steps = np.linalg.norm(np.diff(self._xy, axis=0), axis=1)
+        self._s = np.concatenate([[0.0], np.cumsum(steps)])
+        self._progress = 0.0
+        self._twist = np.zeros(3)
+        self.arrived = False
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]."""
+        return float(self._s[-1])
+
+    @property
+    def progress(self) -> float:
+        """Distance along the path of the robot's projection [m]."""
+        return self._progress
+
+    def point(self, s: float) -> Array:
+        """(2,) path point at distance s [m]."""
+        return np.array([np.interp(s, self._s, self._xy[:, k]) for k in (0, 1)])
+
+    def cross_track(self, p: Array) -> float:
+        """Distance [m] of p (2,) to the path near the current progress."""
+        return float(np.linalg.norm(p - self.point(self._project(p))))
+
+    def _project(self, p: Array) -> float:
+        """Nearest distance along the path, looking 0.3 m back and 1 m ahead."""
+        low, high = self._progress - 0.3, self._progress + 1.0
+        s = np.linspace(max(low, 0.0), min(high, self._s[-1]), 40)
+        xy = np.stack([np.interp(s, self._s, self._xy[:, k]) for k in (0, 1)], axis=1)
+        return float(s[np.argmin(np.sum((xy - p) ** 2, axis=1))])
+
+    def mode(self) -> Mode:
+        """The plan's mode where the robot is."""
+        i = int(np.searchsorted(self._s, self._progress, side="right"))
+        return self._modes[min(i, len(self._modes) - 1)]
+
+    def command(self, belief: StateEstimate, dt: float) -> ModeCommand:
+        """The twist to send now; ``dt`` [s] since the last call."""
+        cfg, p = self.config, belief.p_OB[:2]
+        mode = self.mode()
+        body = "biped" if mode is Mode.BIPED else "crawl"
+        yaw = float(heading_yaw(body, belief.q_OB))
+        self._progress = max(self._progress, self._project(p))
+        goal = float(np.linalg.norm(self._xy[-1] - p))
+        near_end = self._s[-1] - self._progress < cfg.lookahead
+        if near_end and goal < cfg.tolerance:
+            self.arrived = True
+        ahead = self.point(self._progress + cfg.lookahead) - p
+        wanted = self._towards(ahead, goal, near_end)
+        far = self.point(self._progress + cfg.heading_lookahead) - p
+        error = 0.0
+        if np.linalg.norm(far) > 0.15:
+            error = float(wrap_angle(np.arctan2(far[1], far[0]) - yaw))
+        wanted *= max(np.cos(min(abs(error), np.pi / 2)), 0.15)
+        c, s = np.cos(yaw), np.sin(yaw)
+        twist = np.array(
+            [
+                c * wanted[0] + s * wanted[1],
+                -s * wanted[0] + c * wanted[1],
+                np.clip(cfg.heading_gain * error, -cfg.turn_rate, cfg.turn_rate),
+            ]
+        )
+        if self.arrived:
+            twist[:] = 0.0
+        step = np.array([cfg.acceleration, cfg.acceleration, 3.0 * cfg.acceleration]) * dt
+        self._twist += np.clip(twist - self._twist, -step, step)
+        return ModeCommand(mode=mode, twist_H=self._twist, stamp=belief.stamp)
+
+    def _towards(self, ahead: Array, goal: float, near_end: bool) -> Array:
+        """World velocity (2,) [m/s] at the point ahead, slower near the goal."""
+        distance = float(np.linalg.norm(ahead))
+        if distance < 1e-6:
+            return np.zeros(2)
+        speed = self.config.speed
+        if near_end:
+            speed = min(speed, max(self.config.position_gain * goal, 0.08))
+        return ahead / distance * speed

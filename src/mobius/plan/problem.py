@@ -1,0 +1,179 @@
+r"""The planner's problem as data: Table IV of the paper, repaired.
+
+    maximise   W_exp |cells counted|  -  W_goal ||x_T - x_goal||^2  -  sum_t P[m(t)]
+                                      -  sum of cell_cost over the cells entered
+
+over paths x(0), ..., x(T) of grid cells and modes m(0), ..., m(T-1), where x(t+1) = x(t) +
+d(t) (7) and d(t) is a step of mode m(t) (8)-(11). Distances count cells, so all weights
+are in points: W_exp per cell seen, W_goal per squared cell, P per step.
+
+What was repaired, and the argument that brings the printed form back:
+
+===========================  ======================================  =====================
+printed                      here                                    printed form
+===========================  ======================================  =====================
+(4) is vacuous,              a cell counts once, and only when       (no use)
+(5) (6) one-sided            the robot was on it
+(2) leaves x_T out           x_T counts                              count_terminal=False
+(5) (6) end points only      a crawl's middle cell is seen too;      count="endpoint"
+                             a roll sees only where it lands
+(8)-(10) both axes           one axis per step                       connectivity=
+                                                                     "diagonal"
+(12)-(15) circles force      bits of ``GridMap.allowed``             (same meaning)
+a mode on departure          on every cell of the step               check="endpoint"
+(16)-(20) infeasible         blocked cells, passed over or           check="endpoint"
+                             landed on                               (landings only)
+===========================  ======================================  =====================
+
+With ``check="swept"`` a step of mode m needs m allowed on its departure, on its landing
+and on everything between: the body changes mode only on ground that allows both modes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.errors import InvalidInput, PlanError, UnknownName
+from mobius.plan.actions import STEP_LENGTHS, Action, Connectivity, actions_for
+from mobius.types import GridMap, Mode, frozen_array
+
+__all__ = ["DEFAULT_WEIGHTS", "Check", "Count", "NoPlan", "Problem", "Weights", "plan_mode"]
+
+Count = Literal["sweep", "endpoint"]
+Check = Literal["swept", "endpoint"]
+Cell = tuple[int, int]
+
+MAX_TABLE = 50_000_000
+"""Entries of the bound table, (horizon + 1) x cells, that are accepted (400 MB)."""
+
+
+class NoPlan(PlanError):
+    """The problem has no plan at all; the message says why and what would help.
+
+    Attributes:
+        smallest_horizon: The smallest horizon that has a plan, if one has.
+    """
+
+    def __init__(self, message: str, *, smallest_horizon: int | None = None) -> None:
+        self.smallest_horizon = smallest_horizon
+        super().__init__(message)
+
+
+def plan_mode(name: str | Mode) -> Mode:
+    """The plannable mode of that name; raises with a suggestion when there is none."""
+    names = [m.value for m in STEP_LENGTHS]
+    if str(name) not in names:
+        raise UnknownName("mode", str(name), names)
+    return Mode(name)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the objective. The paper prints none of P; the order is its text's."""
+
+    W_exp: float = 20.0
+    """Points per cell seen for the first time, >= 0."""
+    W_goal: float = 20.0
+    """Points per squared cell between the last cell and the goal, >= 0."""
+    P: Mapping[Mode, float] = field(
+        default_factory=lambda: {Mode.BIPED: 5.0, Mode.CRAWL: 1.0, Mode.ROLL: 10.0}
+    )
+    """Points per step of each mode, >= 0."""
+
+    def __post_init__(self) -> None:
+        P = {plan_mode(m): float(v) for m, v in self.P.items()}
+        object.__setattr__(self, "P", MappingProxyType(P))
+        values = {"W_exp": self.W_exp, "W_goal": self.W_goal}
+        values.update({f"P[{m}]": v for m, v in P.items()})
+        for name, value in values.items():
+            if not (np.isfinite(value) and value >= 0):
+                raise InvalidInput(f"Weights.{name}: expected a number >= 0, got {value}")
+
+
+DEFAULT_WEIGHTS = Weights()
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One planning problem, complete and checked. Places are cells here, not metres.
+
+    Make one with :func:`mobius.plan.build_problem`, which takes metres and explains what is
+    wrong with a place.
+    """
+
+    grid: GridMap
+    start: Cell
+    goal: Cell
+    horizon: int
+    """T, number of steps: exactly (default) or at most (``early_stop``)."""
+    modes: tuple[Mode, ...] = (Mode.BIPED, Mode.CRAWL, Mode.ROLL)
+    weights: Weights = DEFAULT_WEIGHTS
+    connectivity: Connectivity = "axis"
+    count: Count = "sweep"
+    """``sweep``: a crawl's crossed cells count; ``endpoint``: only cells stopped on."""
+    check: Check = "swept"
+    """``swept``: all cells of a step must be free and allow the mode; ``endpoint``: the
+    departure must allow the mode and the landing be free."""
+    count_terminal: bool = True
+    """Whether the last cell counts as seen."""
+    allow_stay: bool = False
+    """Whether biped and crawl may rest for a step (it costs P)."""
+    must_reach: bool = False
+    """The last cell must be the goal (otherwise being away from it only costs)."""
+    early_stop: bool = False
+    """The plan may end after any t <= T steps; the objective is that of the steps taken."""
+    cell_cost: NDArray[np.float64] | None = None
+    """(nx, ny) points >= 0 subtracted for every cell a step enters (crossed or landed on,
+    each time), e.g. for coming close to walls; ``None`` is all zero."""
+
+    def __post_init__(self) -> None:
+        for name, kind in (("connectivity", Connectivity), ("count", Count), ("check", Check)):
+            if getattr(self, name) not in get_args(kind):
+                raise UnknownName(f"{name} option", str(getattr(self, name)), get_args(kind))
+        object.__setattr__(self, "modes", tuple(dict.fromkeys(plan_mode(m) for m in self.modes)))
+        if not self.modes:
+            raise PlanError("no modes to plan with; pass some of biped, crawl, roll")
+        for mode in self.modes:
+            if mode not in self.weights.P:
+                raise PlanError(f"Weights.P: no penalty for mode '{mode}'; add P['{mode}']")
+        for name in ("start", "goal"):
+            cell = tuple(int(v) for v in getattr(self, name))
+            object.__setattr__(self, name, cell)
+            if not self.grid.holds(cell):
+                raise PlanError(f"{name} cell {cell} is off the grid of {self.grid.shape} cells")
+            if self.grid.blocked[cell]:
+                raise PlanError(f"{name} cell {cell} lies in an obstacle")
+        self._check_horizon()
+        cost = np.zeros(self.grid.shape) if self.cell_cost is None else self.cell_cost
+        frozen_array(self, "cell_cost", cost, self.grid.shape)
+        if np.min(cost) < 0:
+            raise InvalidInput(f"Problem.cell_cost: expected costs >= 0, got {np.min(cost)}")
+
+    def _check_horizon(self) -> None:
+        T = self.horizon
+        if int(T) != T or T < 0:
+            raise InvalidInput(f"horizon: expected a whole number of steps >= 0, got {T}")
+        object.__setattr__(self, "horizon", int(T))
+        nx, ny = self.grid.shape
+        if (T + 1) * nx * ny > MAX_TABLE:
+            most = MAX_TABLE // (nx * ny) - 1
+            raise PlanError(
+                f"horizon {T} on {nx} x {ny} cells is too large to solve in memory; use a"
+                f" horizon of at most {most} or larger cells"
+            )
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        """Every kind of step, in a fixed order."""
+        return actions_for(self.modes, self.connectivity, allow_stay=self.allow_stay)
+
+    @property
+    def costs(self) -> NDArray[np.float64]:
+        """(nx, ny) :attr:`cell_cost`, zeros where none was given."""
+        return np.zeros(self.grid.shape) if self.cell_cost is None else self.cell_cost

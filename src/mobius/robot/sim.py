@@ -1,0 +1,191 @@
+"""The robot in MuJoCo physics, behind the same protocol as a real one."""
+
+from __future__ import annotations
+
+from collections import deque
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobius.errors import InvalidInput
+from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
+from mobius.model import robot as model_robot
+from mobius.robot.interface import TICK
+from mobius.robot.limits import limit_targets
+from mobius.robot.variation import Variation
+from mobius.types import LIMBS, JointCommand, Pose, SensorFrame, StateEstimate
+
+Array = NDArray[np.float64]
+
+
+class SimRobot:
+    """One simulated robot in a scene.
+
+    The model must hold the robot (with wrench and IMU sensors) and a floor; geoms named
+    ``wall_*`` and ``shelf_*`` count as obstacles in :meth:`obstacle_force`.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        *,
+        variation: Variation | None = None,
+        keyframe: str = "crawl",
+        xy: ArrayLike = (0.0, 0.0),
+        yaw: float = 0.0,
+    ) -> None:
+        """Args: start ``keyframe`` at ``xy`` [m] with heading ``yaw`` [rad] in the world."""
+        if abs(model.opt.timestep - TICK) > 1e-9:
+            raise InvalidInput(
+                f"SimRobot expects a physics step of 1/600 s, got {model.opt.timestep:.6f} s;"
+                " set model.opt.timestep = 1 / 600"
+            )
+        self.model, self.data = model, mujoco.MjData(model)
+        self.variation = variation or Variation()
+        self.variation.apply(model)
+        self.at = model_robot.addresses(model)
+        self.tick = 0
+        self._start(keyframe, np.asarray(xy, dtype=float), yaw)
+        name = mujoco.mj_id2name
+        names = [name(model, mujoco.mjtObj.mjOBJ_GEOM, i) or "" for i in range(model.ngeom)]
+        self._obstacle = np.array([n.startswith(("wall_", "shelf_")) for n in names])
+        self._contact_at = [model.sensor(f"{limb}_contact").adr[0] for limb in LIMBS]
+        self._sensor_at = {
+            k: slice(int(model.sensor(k).adr[0]), int(model.sensor(k).adr[0]) + 3)
+            for k in (
+                "imu_gyro",
+                "imu_accel",
+                *(f"{s}_wrist_{k}" for s in ("left", "right") for k in ("force", "torque")),
+            )
+        }
+
+    def _start(self, keyframe: str, xy: Array, yaw: float) -> None:
+        q, ctrl = model_robot.keyframe_joints(keyframe)
+        base = model_robot.keyframe(keyframe)[0][:7]
+        heading = "crawl" if keyframe in ("crawl", "home", "prone") else "biped"
+        turn = rpy_to_quat(0.0, 0.0, yaw - float(heading_yaw(heading, base[3:])))
+        self.data.qpos[:] = model_robot.configuration(
+            self.model, q, p=(*xy, base[2] + 0.001), quat=quat_mul(turn, base[3:])
+        )
+        self.data.ctrl[self.at.actuator] = ctrl
+        self._queue: deque[Array] = deque(
+            [ctrl.copy()] * self.variation.delay_ticks, maxlen=self.variation.delay_ticks or 1
+        )
+        self._target = ctrl.copy()
+        mujoco.mj_forward(self.model, self.data)
+        self._vio: Pose | None = self._pose()
+
+    # -- protocol ------------------------------------------------------------------------
+
+    def connect(self) -> None:
+        """Nothing to open."""
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def read(self) -> SensorFrame:
+        """Perfect readings of this tick; :mod:`mobius.sense` makes them real."""
+        d, at, s = self.data, self.at, self._sensor_at
+        vio, self._vio = self._vio, None
+        wrench = [
+            np.concatenate(
+                [d.sensordata[s[f"{side}_wrist_force"]], d.sensordata[s[f"{side}_wrist_torque"]]]
+            )
+            for side in ("left", "right")
+        ]
+        return SensorFrame(
+            stamp=self.tick * TICK,
+            q=d.qpos[at.qpos],
+            dq=d.qvel[at.dof],
+            torque=self.torque(),
+            wrench_S=np.stack(wrench),
+            gyro_I=d.sensordata[s["imu_gyro"]],
+            accel_I=d.sensordata[s["imu_accel"]],
+            vio=vio,
+        )
+
+    def write(self, command: JointCommand) -> JointCommand:
+        """Send servo targets; returns them as the joint limits let them through."""
+        sent = limit_targets(command)
+        self._target = np.array(sent.q)
+        return sent
+
+    def wait(self) -> None:
+        """One physics step of 1/600 s."""
+        if self.variation.delay_ticks:
+            self.data.ctrl[self.at.actuator] = self._queue.popleft()
+            self._queue.append(self._target)
+        else:
+            self.data.ctrl[self.at.actuator] = self._target
+        mujoco.mj_step(self.model, self.data)
+        self.tick += 1
+        if self.tick % 3 == 0:
+            self._vio = self._pose()
+
+    # -- truth, for judges and reports ----------------------------------------------------
+
+    def _pose(self) -> Pose:
+        q = self.data.qpos[3:7]
+        return Pose(p=self.data.qpos[:3], q=q / np.linalg.norm(q))
+
+    def torque(self) -> Array:
+        """(22,) servo torque at the output, drive minus back-EMF [N m]."""
+        d, at = self.data, self.at
+        drive: Array = d.actuator_force[at.actuator]
+        return drive - self.model.dof_damping[at.dof] * d.qvel[at.dof]
+
+    def truth(self) -> StateEstimate:
+        """True trunk state; the contact is 1 where a sole presses with more than 1 N."""
+        pose = self._pose()
+        return StateEstimate(
+            stamp=self.tick * TICK,
+            p_OB=pose.p,
+            q_OB=pose.q,
+            v_B=rotate(quat_conj(pose.q), self.data.qvel[:3]),
+            w_B=self.data.qvel[3:6],
+            contact=(self.contact_force() > 1.0).astype(float),
+        )
+
+    def contact_force(self) -> Array:
+        """(4,) size of the contact force at each limb's end [N], order LIMBS."""
+        rows = [self.data.sensordata[a + 1 : a + 4] for a in self._contact_at]
+        return np.linalg.norm(np.stack(rows), axis=1)
+
+    def obstacle_force(self) -> float:
+        """Largest normal force [N] of the robot against a wall or shelf at this tick."""
+        d = self.data
+        if d.ncon == 0:
+            return 0.0
+        geom = d.contact.geom
+        hits = np.flatnonzero(self._obstacle[geom].any(axis=1))
+        force, largest = np.zeros(6), 0.0
+        for i in hits:
+            mujoco.mj_contactForce(self.model, d, int(i), force)
+            largest = max(largest, float(force[0]))
+        return largest
+
+    def loop_residual(self) -> float:
+        """Largest gap [m] of the four five-bar loops."""
+        gaps = [
+            np.linalg.norm(
+                self.data.site(f"{limb}_loop_coupler").xpos
+                - self.data.site(f"{limb}_loop_distal").xpos
+            )
+            for limb in LIMBS
+        ]
+        return float(max(gaps))

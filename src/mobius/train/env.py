@@ -1,0 +1,249 @@
+"""The locomotion environment: n robots, one body, everything vectorised over robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.control.action import ActionFilter
+from mobius.control.bodies import body_of
+from mobius.control.observation import History, Layout, build_frame, heading_twist
+from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
+from mobius.model import robot
+from mobius.model.servo import servo_of
+from mobius.train import rewards
+from mobius.train.batch import CpuBatch, build_training_model
+from mobius.train.presets import EnvConfig
+from mobius.train.randomise import Randomiser, settle_pool
+
+Array = NDArray[np.float64]
+POLICY_DT = 1 / 60
+
+
+@dataclass
+class StepResult:
+    """What one policy step gives the learner."""
+
+    observation: Array
+    """(n, layout.size)."""
+    privileged: Array
+    """(n, p) what only the critic may see."""
+    reward: Array
+    """(n,)."""
+    done: NDArray[np.bool_]
+    """(n,) episode over, the observation is already that of the next episode."""
+    time_out: NDArray[np.bool_]
+    """(n,) over by time, not by a fall: to be bootstrapped."""
+    log: dict[str, float]
+
+
+class LocomotionEnv:
+    """Walks or crawls on a floor after commanded body twists (Sec. IV-A)."""
+
+    def __init__(self, cfg: EnvConfig, n: int, *, seed: int = 0, nthread: int = 0) -> None:
+        self.cfg, self.n = cfg, n
+        self.body = body_of(cfg.body)
+        self.layout = Layout(cfg.frame, len(self.body.joints), cfg.history)
+        self.rng = np.random.default_rng(seed)
+        self.sim = CpuBatch(
+            build_training_model(cfg.timestep, cfg.iterations), self.body, n, nthread
+        )
+        q0, ctrl0 = robot.keyframe_joints(self.body.keyframe)
+        base = robot.keyframe(self.body.keyframe)[0][:7]
+        self.home = robot.configuration(self.sim.model, q0, p=base[:3], quat=base[3:])
+        self.height0 = float(base[2])
+        self.ctrl0 = ctrl0[: self.sim.model.nu]
+        index = self.body.index
+        self._ctrl_at = self.sim.at.actuator[index]
+        self._q_at = self.sim.at.qpos[index]
+        self.default = ctrl0[index]
+        low, high = robot.joint_limits()
+        self.filter = ActionFilter(self.default, low[index], high[index], n)
+        self.history = History(self.layout, n)
+        self.randomiser = Randomiser(self.sim, cfg.randomisation, self.rng)
+        self.weights = {**rewards.WEIGHTS, **cfg.weights}
+        self.max_steps = round(cfg.episode_s / POLICY_DT)
+        self.limit = np.array(
+            [servo_of(self.sim.model.actuator(i).name).stall_torque for i in self.sim.at.actuator]
+        )
+        self._allocate()
+        self.pool = settle_pool(self)
+        self.reset_all()
+
+    def _allocate(self) -> None:
+        n, f, k = self.n, len(self.body.feet), self.layout.actions
+        self.steps = np.zeros(n, dtype=np.int64)
+        self.command = np.zeros((n, 3))
+        self.command_left = np.zeros(n)
+        self.target = np.tile(self.default, (n, 1))
+        self.late = np.zeros(n, dtype=bool)
+        self.velocity = np.zeros((n, 3))
+        self.yaw0 = np.zeros(n)
+        self.air = np.zeros((n, f))
+        self.down = np.zeros((n, f))
+        self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
+        self.frames = np.zeros((n, 1 + self.cfg.randomisation.delay_steps, self.layout.frame_size))
+
+    # -- episodes ------------------------------------------------------------------------
+
+    def reset_all(self) -> None:
+        """Start all episodes; afterwards :meth:`observe` is valid."""
+        self._reset(np.arange(self.n))
+        self.observation, self.privileged = self.observe()
+
+    def _reset(self, ids: NDArray[np.int64]) -> None:
+        pick = self.rng.integers(len(self.pool[0]), size=len(ids))
+        qpos, qvel = self.pool[0][pick].copy(), self.pool[1][pick].copy()
+        turn = rpy_to_quat(0.0, 0.0, self.rng.uniform(-np.pi, np.pi, len(ids)))
+        qpos[:, 3:7] = quat_mul(turn, qpos[:, 3:7])
+        qvel[:, :3] = rotate(turn, qvel[:, :3])
+        self.randomiser.new_episode(ids)
+        self.sim.place(ids, qpos, qvel, np.tile(self.ctrl0, (len(ids), 1)))
+        which = np.zeros(self.n, dtype=bool)
+        which[ids] = True
+        self.filter.reset(which)
+        self.history.reset(which)
+        self.target[ids] = self.default
+        self.late[ids] = self.rng.random(len(ids)) < self.cfg.randomisation.action_delay
+        self.steps[ids] = 0
+        for state in (self.velocity, self.air, self.down, self.action_1, self.action_2):
+            state[ids] = 0.0
+        self.frames[ids] = np.nan
+        self.yaw0[ids] = heading_yaw(self.body.heading, qpos[:, 3:7])
+        self._new_command(ids)
+
+    def _new_command(self, ids: NDArray[np.int64]) -> None:
+        """Uniform over the body's range; a tenth stand still, a fifth move along one axis."""
+        m = len(ids)
+        low = np.array(self.body.command_low) * self.cfg.command_margin
+        high = np.array(self.body.command_high) * self.cfg.command_margin
+        command = self.rng.uniform(low, high, (m, 3))
+        kind = self.rng.random(m)
+        axis = np.eye(3)[self.rng.integers(3, size=m)]
+        command = np.where(kind[:, None] < 0.3, command * axis, command)
+        command = np.where(kind[:, None] < 0.1, 0.0, command)
+        self.command[ids] = command
+        self.command_left[ids] = self.rng.uniform(*self.cfg.command_s, m)
+
+    # -- stepping ------------------------------------------------------------------------
+
+    def step(self, action: Array) -> StepResult:
+        """Advance every robot by one policy step with raw actions (n, k)."""
+        previous = self.target
+        self.target = self.filter.push(action)
+        sent = np.where(self.late[:, None], previous, self.target)
+        self.sim.ctrl[:, self._ctrl_at] = sent
+        self.randomiser.kick(POLICY_DT)
+        self.sim.step(self.cfg.substeps)
+        self.steps += 1
+        signals = self._signals()
+        reward, log = rewards.total(signals, self.weights)
+        self.action_2, self.action_1 = self.action_1, self.filter.last.copy()
+        fallen = signals.fallen > 0
+        time_out = (self.steps >= self.max_steps) & ~fallen
+        done = fallen | time_out
+        log = {f"/reward/{k}": v for k, v in log.items()}
+        log["/error/linear"] = float(
+            np.linalg.norm(signals.command[:, :2] - signals.velocity[:, :2], axis=1).mean()
+        )
+        log["/error/yaw"] = float(np.abs(signals.command[:, 2] - signals.velocity[:, 2]).mean())
+        log["/power_W"] = float(rewards.power(signals).mean())
+        log["/falls_per_minute"] = float(fallen.mean() * 3600)
+        self.command_left -= POLICY_DT
+        if (stale := np.flatnonzero(self.command_left <= 0)).size:
+            self._new_command(stale)
+        if done.any():
+            self._reset(np.flatnonzero(done))
+        self.observation, self.privileged = self.observe()
+        return StepResult(
+            self.observation, self.privileged, reward * POLICY_DT, done, time_out, log
+        )
+
+    def _truth(self) -> tuple[Array, Array, Array]:
+        """q_OB (n, 4), v_B (n, 3), w_B (n, 3)."""
+        q = self.sim.qpos[:, 3:7]
+        return q, rotate(quat_conj(q), self.sim.qvel[:, :3]), self.sim.qvel[:, 3:6]
+
+    def _signals(self) -> rewards.Signals:
+        q, v_B, w_B = self._truth()
+        v_H, w_H = heading_twist(self.body, q, v_B, w_B)
+        twist = np.column_stack([v_H[:, :2], w_H[:, 2]])
+        blend = POLICY_DT / (self.cfg.velocity_filter_s + POLICY_DT)
+        self.velocity += blend * (twist - self.velocity)
+        gravity = rotate(quat_conj(q), np.broadcast_to([0.0, 0.0, -1.0], (self.n, 3)))
+        contact = self.sim.contact
+        touchdown = contact * (self.air > 0)
+        air = self.air + POLICY_DT
+        self.air = np.where(contact > 0, 0.0, air)
+        self.down = np.where(contact > 0, self.down + POLICY_DT, 0.0)
+        upright = -gravity[:, 2] if self.body.heading == "crawl" else -gravity[:, 0]
+        tilt = gravity[:, :2] if self.body.heading == "crawl" else gravity[:, 1:]
+        height = self.sim.qpos[:, 2]
+        fallen = (height < self.cfg.min_height) | (upright < self.cfg.min_upright)
+        foot = self.sim.foot_position
+        return rewards.Signals(
+            command=self.command.copy(),
+            moving=(np.linalg.norm(self.command, axis=1) > self.cfg.stand_gate).astype(float),
+            velocity=self.velocity,
+            v_z=v_H[:, 2],
+            w_xy=w_H[:, :2],
+            gravity_xy=tilt,
+            height_error=height - self.height0,
+            q_error=self.sim.qpos[:, self._q_at] - self.default,
+            torque=self.sim.torque,
+            speed=self.sim.qvel[:, self.sim.at.dof],
+            torque_limit=self.limit,
+            action=self.filter.last,
+            action_1=self.action_1,
+            action_2=self.action_2,
+            contact=contact,
+            touchdown=touchdown,
+            air_time=air,
+            contact_time=self.down,
+            foot_height=foot[:, :, 2],
+            foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
+            fallen=fallen.astype(float),
+            early=(self.steps < 500).astype(float),
+            sigma_linear=self.cfg.sigma_linear,
+            sigma_yaw=self.cfg.sigma_yaw,
+        )
+
+    # -- observing -----------------------------------------------------------------------
+
+    def observe(self) -> tuple[Array, Array]:
+        """Noisy, possibly delayed observations (n, size) and the critic's privileged view."""
+        q, v_B, w_B = self._truth()
+        joints = self.sim.qpos[:, self._q_at]
+        common: dict[str, Any] = dict(
+            yaw0=self.yaw0, default=self.default, action=self.filter.last, command=self.command
+        )
+        nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
+        noisy = build_frame(self.layout, self.body, q_OB=nq, v_B=nv, w_B=nw, joints=nj, **common)
+        fresh = np.isnan(self.frames[:, 0, 0])
+        self.frames[:, 1:] = self.frames[:, :-1].copy()
+        self.frames[:, 0] = noisy
+        self.frames[fresh] = noisy[fresh, None, :]
+        seen = self.frames[np.arange(self.n), self.randomiser.delay()]
+        # the command is the robot's own: never late
+        seen = np.concatenate([seen[:, :-3], self.command], axis=1)
+        true = build_frame(
+            self.layout, self.body, q_OB=q, v_B=v_B, w_B=w_B, joints=joints, **common
+        )
+        privileged = np.concatenate(
+            [
+                true,
+                self.velocity,
+                self.sim.qpos[:, 2:3] - self.height0,
+                self.sim.qvel[:, self.sim.at.dof] * 0.2,
+                self.sim.contact,
+                self.sim.foot_position[:, :, 2] * 10.0,
+                self.air,
+                self.randomiser.describe(),
+                self.late[:, None].astype(float),
+            ],
+            axis=1,
+        )
+        return self.history.push(seen), privileged

@@ -1,0 +1,245 @@
+"""Rewards of Table II and our additions: small pure functions over n robots.
+
+Each takes :class:`Signals` and returns (n,). The environment multiplies the weighted sum
+by the policy period (1/60 s). Signs are in the weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Signals:
+    """What the rewards look at after one policy step; n robots, k joints, f feet."""
+
+    command: Array
+    """(n, 3) vx, vy [m/s], wz [rad/s]."""
+    moving: Array
+    """(n,) 1 where the command is above the stand-still gate."""
+    velocity: Array
+    """(n, 3) filtered vx, vy [m/s], wz [rad/s] in the heading frame."""
+    v_z: Array
+    """(n,) [m/s]."""
+    w_xy: Array
+    """(n, 2) roll and pitch rate [rad/s]."""
+    gravity_xy: Array
+    """(n, 2) horizontal part of unit gravity in the heading-aligned trunk frame."""
+    height_error: Array
+    """(n,) trunk height minus that of the stance [m]."""
+    q_error: Array
+    """(n, k) joint angle minus default [rad]."""
+    torque: Array
+    """(n, 20) [N m] of all servos."""
+    speed: Array
+    """(n, 20) [rad/s]."""
+    torque_limit: Array
+    """(20,) stall torque [N m]."""
+    action: Array
+    """(n, k)."""
+    action_1: Array
+    """(n, k) one step earlier."""
+    action_2: Array
+    """(n, k) two steps earlier."""
+    contact: Array
+    """(n, f) 1 in contact."""
+    touchdown: Array
+    """(n, f) 1 at the first step of a contact."""
+    air_time: Array
+    """(n, f) [s] airborne until now, or until the touchdown of this step."""
+    contact_time: Array
+    """(n, f) [s] in contact until now."""
+    foot_height: Array
+    """(n, f) sole above the floor [m]."""
+    foot_speed: Array
+    """(n, f) horizontal [m/s]."""
+    fallen: Array
+    """(n,) 1 where the episode ends by a fall."""
+    early: Array
+    """(n,) 1 before step 500."""
+    sigma_linear: float
+    sigma_yaw: float
+
+
+def tracking_linear(s: Signals) -> Array:
+    """R_vxy: exp(-|v_des - v|^2 / sigma)."""
+    e = s.command[:, :2] - s.velocity[:, :2]
+    return np.exp(-np.sum(e * e, axis=1) / s.sigma_linear)
+
+
+def tracking_yaw(s: Signals) -> Array:
+    """R_wz: exp(-(w_des - w)^2 / sigma)."""
+    e = s.command[:, 2] - s.velocity[:, 2]
+    return np.exp(-e * e / s.sigma_yaw)
+
+
+def vertical_velocity(s: Signals) -> Array:
+    """R_vz [m^2/s^2]."""
+    return s.v_z**2
+
+
+def tilt_rate(s: Signals) -> Array:
+    """R_wxy [rad^2/s^2]."""
+    return np.sum(s.w_xy**2, axis=1)
+
+
+def power(s: Signals) -> Array:
+    """R_tau: mechanical power, sum |tau w| [W]."""
+    return np.sum(np.abs(s.torque * s.speed), axis=1)
+
+
+def action_rate(s: Signals) -> Array:
+    """R_a, squared (row 10)."""
+    return np.sum((s.action - s.action_1) ** 2, axis=1)
+
+
+def stand_still(s: Signals) -> Array:
+    """R_stand: joint deviation while the command is zero [rad]."""
+    return np.sum(np.abs(s.q_error), axis=1) * (1.0 - s.moving)
+
+
+def air_time(s: Signals) -> Array:
+    """R_air: (T_air - 0.1 s), at most 0.3 s, paid at touchdown while commanded to move."""
+    paid = np.clip(s.air_time - 0.10, -0.1, 0.3) * s.touchdown
+    return np.sum(paid, axis=1) * s.moving
+
+
+def contact(s: Signals) -> Array:
+    """R_contact: feet whose contact has lasted 0.1 s, while commanded to move."""
+    return np.sum(s.contact * (s.contact_time >= 0.10), axis=1) * s.moving
+
+
+def slip(s: Signals) -> Array:
+    """R_slip: squared speed of feet in contact [m^2/s^2]."""
+    return np.sum(s.foot_speed**2 * s.contact, axis=1)
+
+
+def termination(s: Signals) -> Array:
+    """R_term: a fall before step 500."""
+    return s.fallen * s.early
+
+
+# Ours: not in Table II.
+
+
+def fall(s: Signals) -> Array:
+    """Any fall."""
+    return s.fallen
+
+
+def alive(s: Signals) -> Array:
+    """Constant 1."""
+    return np.ones(len(s.v_z))
+
+
+def orientation(s: Signals) -> Array:
+    """Squared sine of the trunk's tilt."""
+    return np.sum(s.gravity_xy**2, axis=1)
+
+
+def height(s: Signals) -> Array:
+    """Squared height error, at most (0.1 m)^2."""
+    return np.minimum(s.height_error**2, 0.01)
+
+
+def torque(s: Signals) -> Array:
+    """Sum of squared torques [N^2 m^2]."""
+    return np.sum(s.torque**2, axis=1)
+
+
+def saturation(s: Signals) -> Array:
+    """Torque beyond 80 % of stall, as a share of stall."""
+    return np.sum(np.maximum(np.abs(s.torque) / s.torque_limit - 0.8, 0.0), axis=1)
+
+
+def action_acceleration(s: Signals) -> Array:
+    """Squared second difference of the actions."""
+    return np.sum((s.action - 2 * s.action_1 + s.action_2) ** 2, axis=1)
+
+
+def pose(s: Signals) -> Array:
+    """Squared joint deviation from the stance [rad^2]."""
+    return np.sum(s.q_error**2, axis=1)
+
+
+def clearance(s: Signals) -> Array:
+    """Swinging feet off the height they should swing at (45 mm), weighted by their speed."""
+    miss = ((np.minimum(s.foot_height, 0.06) - 0.045) / 0.045) ** 2
+    return np.sum(miss * s.foot_speed * (1.0 - s.contact), axis=1) * s.moving
+
+
+def trot(s: Signals) -> Array:
+    """Diagonal pairs that do not share contact; feet in the order of LIMBS."""
+    c = s.contact
+    return (np.abs(c[:, 0] - c[:, 3]) + np.abs(c[:, 1] - c[:, 2])) * s.moving
+
+
+TERMS: dict[str, Callable[[Signals], Array]] = {
+    f.__name__: f
+    for f in (
+        tracking_linear,
+        tracking_yaw,
+        vertical_velocity,
+        tilt_rate,
+        power,
+        action_rate,
+        stand_still,
+        air_time,
+        contact,
+        slip,
+        termination,
+        fall,
+        alive,
+        orientation,
+        height,
+        torque,
+        saturation,
+        action_acceleration,
+        pose,
+        clearance,
+        trot,
+    )
+}
+
+WEIGHTS: dict[str, float] = {
+    "tracking_linear": 1.5,
+    "tracking_yaw": 0.75,
+    "vertical_velocity": -1.0,
+    "tilt_rate": -0.05,
+    "power": -0.004,
+    "action_rate": -0.01,
+    "stand_still": -0.15,
+    "air_time": 2.5,
+    "contact": 0.0,
+    "slip": -0.4,
+    "termination": -1.0,
+    "fall": -10.0,
+    "alive": 0.1,
+    "orientation": -3.0,
+    "height": -20.0,
+    "torque": -0.0004,
+    "saturation": -0.2,
+    "action_acceleration": -0.005,
+    "pose": -0.05,
+    "clearance": -0.25,
+    "trot": -0.08,
+}
+"""Default weights of the crawl; a weight of 0 switches a term off."""
+
+
+def total(signals: Signals, weights: dict[str, float]) -> tuple[Array, dict[str, float]]:
+    """Weighted sum (n,) and the mean of every term that counts."""
+    reward = np.zeros(len(signals.v_z))
+    means: dict[str, float] = {}
+    for name, weight in weights.items():
+        if weight:
+            value = weight * TERMS[name](signals)
+            reward += value
+            means[name] = float(value.mean())
+    return reward, means
