@@ -159,22 +159,22 @@ OBSERVATION = _table(biped=Observation(8, 416), crawl=Observation(14, 608))
 
 @dataclass(frozen=True)
 class Rewards:
-    """Table II: the eleven terms in printed order and the numbers inside them.
+    """Table II: the eleven terms, by our names in printed order, and the numbers inside.
 
     Weights and sigma are not printed. Rows 10-17 resolve signs, squares and gates.
     """
 
     terms: tuple[str, ...] = (
         "vertical_velocity",  # v_z^2
-        "angular_velocity_xy",  # |w_xy|^2
+        "tilt_rate",  # |w_xy|^2
         "power",  # sum |tau| |w|, printed as "joint torques"
         "action_rate",  # row 10: sum of squares; printed without the square
-        "track_linear",  # exp(-|v_des - v|^2 / sigma)
-        "track_yaw",  # exp(-|w_des - w|^2 / sigma)
+        "tracking_linear",  # exp(-|v_des - v|^2 / sigma)
+        "tracking_yaw",  # exp(-|w_des - w|^2 / sigma)
         "stand_still",  # row 11: a penalty, though called a reward
         "air_time",  # row 13: counted at first contact
         "contact",  # row 14
-        "foot_slip",  # row 12: foot velocity; printed with the position
+        "slip",  # row 12: foot velocity; printed with the position
         "termination",
     )
     stand_gate: float = 0.1  # [m/s] commanded speed below which to stand; row 16
@@ -196,7 +196,7 @@ class Randomization:
     initial_joints: Uniform = Uniform(0.01, 0.01, "deg")  # row 20
     delay_frames: Uniform = Uniform(1, 3, "frames")  # row 24: N_delay of Alg. 1
     delay_probability: float = 0.3
-    kick_interval: Uniform = Uniform(10, 30, "steps")  # row 25: drawn once per episode
+    kick_interval: Uniform = Uniform(10, 30, "steps")  # row 25
     kick_angle: Uniform = Uniform(0, 2 * pi, "deg")  # row 19: radians
     body_mass: Uniform = Uniform(5.0, 5.0, "kg")  # row 21
     body_location: Uniform = Uniform(-0.1, 0.1, "m")

@@ -1,16 +1,143 @@
-"""The loop: the only file that knows all rooms."""
+"""The loop: the only file that knows all rooms.
+
+One integer counts ticks of 1/600 s. At 300 Hz (every 2nd tick) the robot is read and the
+belief updated; at 60 Hz (every 10th) the mode, its twist and the joint targets follow::
+
+    frame   = senses.corrupt(robot.read())              robot    -> SensorFrame
+    belief  = estimator.update(frame)                   estimate -> StateEstimate
+    command = machine.step(source(belief))              modes    -> ModeCommand
+    sent    = robot.write(limb.act(command, belief, frame))   control -> JointCommand
+"""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.types import GridMap, Plan
+from mobius.control.observation import heading_twist
+from mobius.control.bodies import body_of
+from mobius.errors import InvalidInput
+from mobius.geometry import quat_to_rpy
+from mobius.modes import ModeMachine
+from mobius.robot import TICK, Robot
+from mobius.types import (
+    GridMap,
+    JointCommand,
+    Mode,
+    ModeCommand,
+    Plan,
+    SensorFrame,
+    StateEstimate,
+)
 
 Array = NDArray[np.float64]
+
+READ_EVERY = 2
+"""Ticks between readings and estimates (300 Hz)."""
+ACT_EVERY = 10
+"""Ticks between commands and targets (60 Hz)."""
+FRAME_EVERY = 20
+"""Ticks between video frames (30 Hz)."""
+
+Source = Callable[[StateEstimate], ModeCommand]
+"""Where commands come from: a follower, a schedule, a joystick."""
+
+
+class Controller(Protocol):
+    """What serves a mode (Fig. 6, right column)."""
+
+    def reset(self) -> None:
+        """Start anew."""
+
+    def act(self, command: ModeCommand, belief: StateEstimate, frame: SensorFrame) -> JointCommand:
+        """Targets of all joints."""
+
+
+class Sensing(Protocol):
+    """What makes perfect readings real."""
+
+    def corrupt(self, frame: SensorFrame) -> SensorFrame:
+        """Noise, drift, delay."""
+
+
+class Believing(Protocol):
+    """What turns readings into belief."""
+
+    def update(self, frame: SensorFrame) -> StateEstimate:
+        """One 300 Hz step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One 60 Hz turn of the circle, for judges and recorders."""
+
+    tick: int
+    frame: SensorFrame
+    """As the estimator saw it."""
+    belief: StateEstimate
+    command: ModeCommand
+    sent: JointCommand
+    energy: float
+    """Mechanical work of all servos since the start, integral of sum |torque * rate| [J]."""
+    power: float
+    """The same over the last turn, as power [W]."""
+
+
+class Stack:
+    """Robot, senses, estimator, mode machine and controllers, turned by one counter."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        senses: Sensing,
+        estimator: Believing,
+        machine: ModeMachine,
+        controllers: Mapping[Mode, Controller],
+    ) -> None:
+        missing = [m.value for m in machine.available if m not in controllers]
+        if missing:
+            raise InvalidInput(
+                f"no controller for mode {', '.join(missing)}; pass one or leave it out"
+            )
+        self.robot, self.senses, self.estimator = robot, senses, estimator
+        self.machine, self.controllers = machine, controllers
+        self.tick = 0
+        self.energy = 0.0
+        self._active: Mode | None = None
+        self._belief: StateEstimate | None = None
+        self._frame: SensorFrame | None = None
+        self._last_energy = 0.0
+
+    def turn(self, source: Source) -> Sample | None:
+        """One tick; a :class:`Sample` when it was a 60 Hz one."""
+        if self.tick % READ_EVERY == 0:
+            raw = self.robot.read()
+            self.energy += float(np.abs(raw.torque) @ np.abs(raw.dq)) * READ_EVERY * TICK
+            self._frame = self.senses.corrupt(raw)
+            self._belief = self.estimator.update(self._frame)
+        sample = self._act(source) if self.tick % ACT_EVERY == 0 else None
+        self.robot.wait()
+        self.tick += 1
+        return sample
+
+    def _act(self, source: Source) -> Sample:
+        belief, frame = self._belief, self._frame
+        assert belief is not None and frame is not None  # tick 0 reads first
+        command = self.machine.step(source(belief))
+        controller = self.controllers[command.mode]
+        if command.mode is not self._active:
+            controller.reset()
+            self._active = command.mode
+        sent = self.robot.write(controller.act(command, belief, frame))
+        power = (self.energy - self._last_energy) / (ACT_EVERY * TICK)
+        self._last_energy = self.energy
+        return Sample(self.tick, frame, belief, command, sent, self.energy, power)
 
 
 @dataclass(eq=False)
@@ -58,3 +185,71 @@ class RunRecord:
     plan: Plan
     summary: dict[str, Any] = field(default_factory=dict)
     """What ``summary.json`` holds."""
+
+
+class Judge:
+    """Watches a simulated run with the truth at hand: falls, collisions, record rows."""
+
+    def __init__(self, robot: Any, *, body: str = "crawl", keep_rows: bool = True) -> None:
+        """Args: ``robot`` offers truth, contact_force, obstacle_force, torque (SimRobot)."""
+        self.robot, self.body, self.keep = robot, body_of(body), keep_rows
+        self.rows: list[dict[str, Array]] = []
+        self.modes: list[str] = []
+        self.frames: list[Array] = []
+        self.collisions = 0
+        self.loop_residual = 0.0
+        self.fallen = False
+        self._touching_until = -1
+        self._start = time.perf_counter()
+
+    def see(self, sample: Sample) -> StateEstimate:
+        """Judge one sample; returns the truth."""
+        truth: StateEstimate = self.robot.truth()
+        if self.robot.obstacle_force() > 5.0:
+            if sample.tick > self._touching_until:
+                self.collisions += 1
+            self._touching_until = sample.tick + 300
+        up = quat_to_rpy(truth.q_OB)
+        tilt = np.cos(up[0]) * np.cos(up[1]) if self.body.heading == "crawl" else -np.sin(up[1])
+        self.fallen = bool(self.fallen or tilt < 0.5 or truth.p_OB[2] < 0.12)
+        self.loop_residual = max(self.loop_residual, self.robot.loop_residual())
+        if self.keep:
+            self.rows.append(self._row(sample, truth))
+            self.modes.append(sample.command.mode.value)
+        if sample.tick % FRAME_EVERY == 0 and self.keep:
+            self.frames.append(np.array(self.robot.data.qpos))
+        return truth
+
+    def _twist(self, s: StateEstimate) -> Array:
+        v, w = heading_twist(self.body, s.q_OB[None], s.v_B[None], s.w_B[None])
+        return np.array([v[0, 0], v[0, 1], w[0, 2]])
+
+    def _row(self, sample: Sample, truth: StateEstimate) -> dict[str, Array]:
+        return {
+            "t": np.array(sample.tick * TICK),
+            "q": sample.frame.q,
+            "q_target": sample.sent.q,
+            "torque": self.robot.torque(),
+            "power": np.array(sample.power),
+            "true_p": truth.p_OB,
+            "true_rpy": quat_to_rpy(truth.q_OB),
+            "true_twist_H": self._twist(truth),
+            "belief_p": sample.belief.p_OB,
+            "belief_rpy": quat_to_rpy(sample.belief.q_OB),
+            "belief_twist_H": self._twist(sample.belief),
+            "cmd_twist_H": sample.command.twist_H,
+            "contact_force": self.robot.contact_force(),
+            "contact_belief": sample.belief.contact,
+        }
+
+    def record(self, grid: GridMap, plan: Plan) -> RunRecord:
+        """All rows as arrays."""
+        columns = {k: np.stack([row[k] for row in self.rows]) for k in self.rows[0]}
+        return RunRecord(
+            **columns,
+            modes=self.modes,
+            frame_t=np.arange(len(self.frames)) * FRAME_EVERY * TICK,
+            frame_qpos=np.stack(self.frames),
+            grid=grid,
+            plan=plan,
+        )

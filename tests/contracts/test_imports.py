@@ -20,7 +20,9 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
+    ("mission", "evaluate"),
     ("train", "bridge", "view", "reproduce", "doctor"),
+    ("assemble",),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
     ("model",),

@@ -1,5 +1,7 @@
 """Where a room repeats a number of the paper, it is the paper's number."""
 
+from math import radians
+
 import pytest
 
 from mobius import paper
@@ -33,3 +35,20 @@ def test_the_policys_action_scale_sizes_and_commands_are_those_of_table_i_and_se
     assert crawl.command_high[0] == paper.MAX_SPEED["crawl"]
     assert crawl.command_high[2] == paper.MAX_YAW_RATE["crawl"]
     assert paper.TABLE_I.action_scale == ACTION_SCALE
+
+
+def test_training_has_every_reward_of_table_ii():
+    from mobius.train.rewards import TERMS
+
+    assert set(paper.TABLE_II.terms) <= set(TERMS)
+
+
+def test_training_draws_the_noise_of_table_iii_where_it_does_not_say_otherwise():
+    from mobius.train.presets import Randomisation
+
+    ours, table = Randomisation(), paper.TABLE_III
+    assert ours.orientation == pytest.approx(radians(table.orientation.high), abs=1e-4)
+    assert ours.angular_velocity == table.yaw_rate.high
+    assert ours.linear_velocity == table.linear_velocity.high
+    assert ours.delay_chance == table.delay_probability
+    assert ours.friction == (table.friction.low, table.friction.high)

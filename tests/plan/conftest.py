@@ -33,7 +33,7 @@ def draw(picture: str, *, cell: float = 0.5) -> GridMap:
     return GridMap("drawing", cell, np.zeros(3), blocked, allowed, place.get("S"), place.get("G"))
 
 
-def random_problem(rng: np.random.Generator, *, side: tuple[int, int] = (3, 5)) -> Problem:
+def draw_problem(rng: np.random.Generator, *, side: tuple[int, int] = (3, 5)) -> Problem:
     """A small problem with every option drawn at random; horizon 0 until replaced."""
     nx, ny = (int(v) for v in rng.integers(side[0], side[1] + 1, size=2))
     blocked = rng.random((nx, ny)) < rng.choice([0.0, 0.2, 0.35])
@@ -71,6 +71,11 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(20251101)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def picture() -> Callable[..., GridMap]:
     return draw
+
+
+@pytest.fixture(scope="session")
+def random_problem() -> Callable[..., Problem]:
+    return draw_problem

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import random_problem
 
 from mobius.plan import Problem, Weights, build_problem, solve
 from mobius.plan.bounds import (
@@ -43,10 +42,10 @@ def test_the_table_of_a_corridor_by_hand(picture):
     assert U[2, cells[0]] == 78
 
 
-def test_the_search_and_the_checker_agree_on_every_step(rng):
+def test_the_search_and_the_checker_agree_on_every_step(rng, random_problem):
     """Two implementations of legality: shifted masks, and the rules one by one."""
     agreed = 0
-    for _ in range(40):
+    for _ in range(20):
         p = random_problem(rng)
         arcs = build_arcs(p)
         nx, ny = p.grid.shape
@@ -64,10 +63,10 @@ def test_the_search_and_the_checker_agree_on_every_step(rng):
         }
         assert legal == by_rule
         agreed += len(legal)
-    assert agreed > 1000
+    assert agreed > 500
 
 
-def test_fewest_steps_forward_and_backward_meet(rng):
+def test_fewest_steps_forward_and_backward_meet(rng, random_problem):
     for _ in range(30):
         p = random_problem(rng)
         arcs = build_arcs(p)
@@ -76,7 +75,7 @@ def test_fewest_steps_forward_and_backward_meet(rng):
         assert there == back
 
 
-def test_fewest_steps_are_those_after_which_the_table_has_a_plan(rng):
+def test_fewest_steps_are_those_after_which_the_table_has_a_plan(rng, random_problem):
     for _ in range(30):
         p = replace(random_problem(rng), must_reach=True, early_stop=True, horizon=8)
         arcs = build_arcs(p)
@@ -110,7 +109,7 @@ def test_capacity_counts_cells_that_are_only_ever_passed(picture):
     assert capacity_bound(p, build_arcs(p)) == 5 * 20 - 2 == solve(p).objective
 
 
-def test_no_plan_beats_either_bound(rng):
+def test_no_plan_beats_either_bound(rng, random_problem):
     seen = 0
     for _ in range(60):
         p = replace(random_problem(rng), horizon=7)

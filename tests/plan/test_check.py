@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import draw
 
 from mobius.errors import PlanError
 from mobius.plan import Problem, Weights, build_problem, cells_seen, check, objective_of, solve
@@ -24,15 +23,13 @@ from mobius.types import Mode, Plan
 
 SNAPSHOT = Path(__file__).parent / "snapshots" / "check.json"
 
-GRID = draw(
-    """
+PICTURE = """
     .......
     ..##b..
     ..##...
     c......
     S..cx.G
     """
-)
 
 B, C, R = Mode.BIPED, Mode.CRAWL, Mode.ROLL
 
@@ -50,15 +47,22 @@ def plan_of(problem: Problem, cells: list, modes: list, **claims: object) -> Pla
     return Plan(np.reshape(cells, (-1, 2)), tuple(modes), **{**fields, **claims})
 
 
-def problem(**options: object) -> Problem:
-    return build_problem(GRID, **{"horizon": 4, "early_stop": True, **options})
+@pytest.fixture
+def problem(picture):
+    grid = picture(PICTURE)
+
+    def make(**options: object) -> Problem:
+        return build_problem(grid, **{"horizon": 4, "early_stop": True, **options})
+
+    return make
 
 
 GOOD = [(0, 0), (1, 0), (1, 1), (3, 1), (6, 1)]
 GOOD_MODES = [B, C, C, R]
 
 
-def broken_plans() -> dict[str, tuple[Problem, Plan]]:
+@pytest.fixture
+def broken_plans(problem) -> dict[str, tuple[Problem, Plan]]:
     """Hand-broken plans: one rule each."""
     p = problem()
     must, exact = problem(must_reach=True), problem(early_stop=False)
@@ -112,14 +116,14 @@ def message(problem: Problem, plan: Plan) -> str:
     return str(caught.value)
 
 
-def test_the_unbroken_plan_passes():
+def test_the_unbroken_plan_passes(problem):
     p = problem()
     check(p, plan_of(p, GOOD, GOOD_MODES))
     check(p, plan_of(p, GOOD, GOOD_MODES, status="feasible", bound=1000.0))
 
 
-def test_every_broken_plan_is_rejected_in_words_of_its_own():
-    messages = {name: message(*case) for name, case in broken_plans().items()}
+def test_every_broken_plan_is_rejected_in_words_of_its_own(broken_plans):
+    messages = {name: message(*case) for name, case in broken_plans.items()}
     # Numbers out: the words alone must tell the rules apart.
     words = {"".join(c for c in text if not c.isdigit()) for text in messages.values()}
     assert len(messages) >= 20
@@ -127,15 +131,15 @@ def test_every_broken_plan_is_rejected_in_words_of_its_own():
     assert not any("\n" in text for text in messages.values())
 
 
-def test_messages_are_those_of_the_snapshot():
-    messages = {name: message(*case) for name, case in broken_plans().items()}
+def test_messages_are_those_of_the_snapshot(broken_plans):
+    messages = {name: message(*case) for name, case in broken_plans.items()}
     if os.environ.get("UPDATE_SNAPSHOTS"):
         SNAPSHOT.write_text(json.dumps(messages, indent=1) + "\n")
     assert messages == json.loads(SNAPSHOT.read_text())
 
 
-def test_a_solved_plan_passes_and_fails_once_a_step_is_changed():
-    p = build_problem(GRID, must_reach=True)
+def test_a_solved_plan_passes_and_fails_once_a_step_is_changed(picture):
+    p = build_problem(picture(PICTURE), must_reach=True)
     plan = solve(p)
     check(p, plan)
     for t, mode in enumerate(plan.modes):
@@ -145,7 +149,7 @@ def test_a_solved_plan_passes_and_fails_once_a_step_is_changed():
             check(p, replace(plan, modes=tuple(modes)))
 
 
-def test_the_objective_by_hand():
+def test_the_objective_by_hand(problem):
     # Path: (0,0) biped (1,0) crawl (1,1) crawl over (2,1) to (3,1) roll to (6,1).
     # Seen: five cells stopped on and (2,1); the roll's (4,1), (5,1) are not: 6 x 20.
     # Goal (6,0) is 1 cell away: -20 x 1. Steps: 5 + 1 + 1 + 10.
@@ -156,11 +160,11 @@ def test_the_objective_by_hand():
     literal = replace(p, count="endpoint", count_terminal=False)
     assert objective_of(literal, GOOD, GOOD_MODES) == 80 - 20 - 17
     # A cost of 1/2 everywhere: 1 + 1 + 2 + 3 cells entered.
-    costly = replace(p, cell_cost=np.full(GRID.shape, 0.5))
+    costly = replace(p, cell_cost=np.full(p.grid.shape, 0.5))
     assert objective_of(costly, GOOD, GOOD_MODES) == 83 - 3.5
 
 
-def test_going_back_earns_nothing():
+def test_going_back_earns_nothing(problem):
     p = replace(problem(), weights=Weights(W_goal=0.0, P={B: 5.0, C: 1.0, R: 10.0}))
     there = objective_of(p, GOOD[:2], [C])
     assert objective_of(p, [*GOOD[:2], (0, 0)], [C, C]) == there - 1.0

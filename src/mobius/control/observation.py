@@ -6,7 +6,8 @@ The one place where an observation is laid out; training and the loop both call
 ``paper`` frame (Sec. IV-A2), 24 + |A| wide: roll, pitch, yaw since the start [rad]; yaw rate
 [rad/s]; vx, vy, vz [m/s]; Theta [rad]; last action; commanded vx, vy, wz.
 ``fast`` frame: unit gravity in the trunk frame; trunk rates [rad/s]; vx, vy, vz [m/s];
-Theta minus its default [rad]; last action; command. Velocities are in the heading frame.
+Theta minus its default [rad]; last action; command; with ``clock`` sine and cosine of the
+gait clock. Velocities are in the heading frame.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.control.bodies import Body
-from mobius.errors import UnknownName
+from mobius.errors import InvalidInput, UnknownName
 from mobius.geometry import heading_yaw, quat_conj, quat_to_rpy, rotate, wrap_angle
 
 Array = NDArray[np.float64]
@@ -33,6 +34,8 @@ class Layout:
     actions: int
     history: int
     """Frames stacked, the current one first."""
+    clock: bool = False
+    """Whether the frame ends with the gait clock (2 numbers)."""
 
     def __post_init__(self) -> None:
         if self.kind not in ("fast", "paper"):
@@ -41,7 +44,8 @@ class Layout:
     @property
     def frame_size(self) -> int:
         """Numbers in one frame."""
-        return (12 if self.kind == "fast" else 10) + 2 * self.actions
+        head = 12 if self.kind == "fast" else 10
+        return head + 2 * self.actions + (2 if self.clock else 0)
 
     @property
     def size(self) -> int:
@@ -81,6 +85,7 @@ def build_frame(
     default: Array,
     action: Array,
     command: Array,
+    clock: Array | None = None,
 ) -> Array:
     """One observation frame (n, frame_size).
 
@@ -95,15 +100,21 @@ def build_frame(
         default: (k,) their default targets [rad].
         action: (n, k) last raw action.
         command: (n, 3) vx, vy [m/s], wz [rad/s] in the heading frame.
+        clock: (n, 2) of :meth:`GaitClock.observe`, where the layout has it.
     """
+    tail = [action, command]
+    if layout.clock:
+        if clock is None:
+            raise InvalidInput("build_frame: this layout has a gait clock; pass clock=...")
+        tail.append(clock)
     v_H, w_H = heading_twist(body, q_OB, v_B, w_B)
     if layout.kind == "paper":
         rpy = quat_to_rpy(q_OB)
         rpy[..., 2] = wrap_angle(rpy[..., 2] - yaw0)
-        return np.concatenate([rpy, w_H[..., 2:], v_H, joints, action, command], axis=-1)
+        return np.concatenate([rpy, w_H[..., 2:], v_H, joints, *tail], axis=-1)
     down = np.broadcast_to([0.0, 0.0, -1.0], v_B.shape)
     gravity = rotate(quat_conj(q_OB), down)
-    return np.concatenate([gravity, w_B, v_H, joints - default, action, command], axis=-1)
+    return np.concatenate([gravity, w_B, v_H, joints - default, *tail], axis=-1)
 
 
 class History:
@@ -151,9 +162,10 @@ def mirror_frame(layout: Layout, body: Body) -> tuple[NDArray[np.int64], Array]:
     else:  # gravity, rates (a pseudovector), velocity
         head = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
     h, k = len(head), layout.actions
+    tail = [1.0, -1.0, -1.0] + ([-1.0, -1.0] if layout.clock else [])  # clock: half a period
     perm = np.concatenate(
-        [np.arange(h), h + index, h + k + index, h + 2 * k + np.arange(3)]
+        [np.arange(h), h + index, h + k + index, h + 2 * k + np.arange(len(tail))]
     ).astype(np.int64)
-    signs = np.concatenate([head, sign, sign, [1.0, -1.0, -1.0]])
+    signs = np.concatenate([head, sign, sign, tail])
     stacked = np.concatenate([perm + i * layout.frame_size for i in range(layout.history)])
     return stacked, np.tile(signs, layout.history)

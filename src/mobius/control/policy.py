@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mobius.control.action import ActionFilter
 from mobius.control.bodies import Body, body_of
+from mobius.control.clock import GaitClock
 from mobius.control.observation import History, Layout, build_frame
 from mobius.errors import PolicyError
 from mobius.geometry import heading_yaw
@@ -21,6 +22,9 @@ from mobius.model.build import joint_ranges
 from mobius.types import NUM_JOINTS, JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
+
+POLICY_DT = 1 / 60
+"""Period of the policy [s] (Sec. V-A)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +57,7 @@ def load_policy(path: Path) -> PolicyFile:
         session = ort.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
         meta = json.loads(session.get_modelmeta().custom_metadata_map["mobius"])
         body = body_of(meta["body"])
-        layout = Layout(meta["frame"], len(body.joints), int(meta["history"]))
+        layout = Layout(meta["frame"], len(body.joints), int(meta["history"]), bool(meta["clock"]))
         default = np.array(meta["default"], dtype=float)
     except PolicyError:
         raise
@@ -88,6 +92,7 @@ class PolicyController:
             self._default, low, high, scale=policy.scale, length=policy.filter_length
         )
         self._history = History(policy.layout, 1)
+        self._clock = GaitClock()
         self._yaw0 = np.zeros(1)
         self.observation = np.zeros(policy.layout.size)
         """The newest observation, for logs and tests."""
@@ -97,6 +102,7 @@ class PolicyController:
         """Forget history and past actions; the next observation starts anew."""
         self._filter.reset()
         self._history.reset()
+        self._clock.reset()
         self._started = False
 
     def act(self, command: ModeCommand, belief: StateEstimate, frame: SensorFrame) -> JointCommand:
@@ -104,6 +110,7 @@ class PolicyController:
         if not self._started:
             self._yaw0[0] = heading_yaw(self.policy.body.heading, belief.q_OB)
             self._started = True
+        self._clock.advance(command.twist_H[None], POLICY_DT)
         observation = self._history.push(
             build_frame(
                 self.policy.layout,
@@ -116,6 +123,7 @@ class PolicyController:
                 default=self._default,
                 action=self._filter.last,
                 command=command.twist_H[None],
+                clock=self._clock.observe(),
             )
         )
         self.observation = observation[0]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mobius.control.action import ActionFilter
 from mobius.control.bodies import body_of
+from mobius.control.clock import GaitClock
 from mobius.control.observation import History, Layout, build_frame, heading_twist
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot
@@ -46,7 +47,7 @@ class LocomotionEnv:
     def __init__(self, cfg: EnvConfig, n: int, *, seed: int = 0, nthread: int = 0) -> None:
         self.cfg, self.n = cfg, n
         self.body = body_of(cfg.body)
-        self.layout = Layout(cfg.frame, len(self.body.joints), cfg.history)
+        self.layout = Layout(cfg.frame, len(self.body.joints), cfg.history, cfg.clock)
         self.rng = np.random.default_rng(seed)
         self.sim = CpuBatch(
             build_training_model(cfg.timestep, cfg.iterations), self.body, n, nthread
@@ -63,6 +64,7 @@ class LocomotionEnv:
         low, high = robot.joint_limits()
         self.filter = ActionFilter(self.default, low[index], high[index], n)
         self.history = History(self.layout, n)
+        self.clock = GaitClock(n)
         self.randomiser = Randomiser(self.sim, cfg.randomisation, self.rng)
         self.weights = {**rewards.WEIGHTS, **cfg.weights}
         self.max_steps = round(cfg.episode_s / POLICY_DT)
@@ -106,6 +108,7 @@ class LocomotionEnv:
         which[ids] = True
         self.filter.reset(which)
         self.history.reset(which)
+        self.clock.reset(which, self.rng.random(len(ids)))
         self.target[ids] = self.default
         self.late[ids] = self.rng.random(len(ids)) < self.cfg.randomisation.action_delay
         self.steps[ids] = 0
@@ -139,6 +142,7 @@ class LocomotionEnv:
         self.randomiser.kick(POLICY_DT)
         self.sim.step(self.cfg.substeps)
         self.steps += 1
+        self.clock.advance(self.command, POLICY_DT)
         signals = self._signals()
         reward, log = rewards.total(signals, self.weights)
         self.action_2, self.action_1 = self.action_1, self.filter.last.copy()
@@ -186,7 +190,8 @@ class LocomotionEnv:
         foot = self.sim.foot_position
         return rewards.Signals(
             command=self.command.copy(),
-            moving=(np.linalg.norm(self.command, axis=1) > self.cfg.stand_gate).astype(float),
+            moving=self.clock.moving.astype(float),
+            swing=self.clock.swing_wanted(),
             velocity=self.velocity,
             v_z=v_H[:, 2],
             w_xy=w_H[:, :2],
@@ -218,7 +223,11 @@ class LocomotionEnv:
         q, v_B, w_B = self._truth()
         joints = self.sim.qpos[:, self._q_at]
         common: dict[str, Any] = dict(
-            yaw0=self.yaw0, default=self.default, action=self.filter.last, command=self.command
+            yaw0=self.yaw0,
+            default=self.default,
+            action=self.filter.last,
+            command=self.command,
+            clock=self.clock.observe(),
         )
         nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
         noisy = build_frame(self.layout, self.body, q_OB=nq, v_B=nv, w_B=nw, joints=nj, **common)
@@ -227,8 +236,8 @@ class LocomotionEnv:
         self.frames[:, 0] = noisy
         self.frames[fresh] = noisy[fresh, None, :]
         seen = self.frames[np.arange(self.n), self.randomiser.delay()]
-        # the command is the robot's own: never late
-        seen = np.concatenate([seen[:, :-3], self.command], axis=1)
+        own = 5 if self.layout.clock else 3  # command and clock are the robot's own: never late
+        seen = np.concatenate([seen[:, :-own], noisy[:, -own:]], axis=1)
         true = build_frame(
             self.layout, self.body, q_OB=q, v_B=v_B, w_B=w_B, joints=joints, **common
         )

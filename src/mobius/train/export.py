@@ -55,6 +55,7 @@ def build_metadata(
         "body": preset.env.body,
         "frame": preset.env.frame,
         "history": preset.env.history,
+        "clock": preset.env.clock,
         "joints": list(body.joints),
         "default": [round(float(v), 9) for v in ctrl],
         "scale": ACTION_SCALE,

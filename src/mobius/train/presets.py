@@ -67,6 +67,8 @@ class EnvConfig:
     body: str = "crawl"
     frame: FrameKind = "fast"
     history: int = 3
+    clock: bool = True
+    """Gait clock in the observation (ours)."""
     timestep: float = 1 / 180
     """Physics step [s]."""
     substeps: int = 3
@@ -84,12 +86,10 @@ class EnvConfig:
     """Episode ends when the cosine of the trunk's tilt falls below."""
     velocity_filter_s: float = 0.1
     """Time constant of the velocity the tracking rewards look at [s]."""
-    sigma_linear: float = 0.04
+    sigma_linear: float = 0.06
     """[m^2/s^2]."""
-    sigma_yaw: float = 0.12
+    sigma_yaw: float = 0.15
     """[rad^2/s^2]."""
-    stand_gate: float = 0.05
-    """A command below this norm means standing still."""
     randomisation: Randomisation = field(default_factory=Randomisation)
     weights: dict[str, float] = field(default_factory=dict)
     """Overrides of :data:`mobius.train.rewards.WEIGHTS`; 0 switches a term off."""
@@ -111,7 +111,7 @@ class Preset:
     gamma: float = 0.98
     lam: float = 0.95
     entropy: float = 0.005
-    init_std: float = 0.5
+    init_std: float = 0.6
     actor: tuple[int, ...] = (128, 128, 128)
     critic: tuple[int, ...] = (128, 128, 128)
 

@@ -23,6 +23,8 @@ class Signals:
     """(n, 3) vx, vy [m/s], wz [rad/s]."""
     moving: Array
     """(n,) 1 where the command is above the stand-still gate."""
+    swing: Array
+    """(n, f) what the gait clock wants: 0 on the ground, up to 1 in the middle of a swing."""
     velocity: Array
     """(n, 3) filtered vx, vy [m/s], wz [rad/s] in the heading frame."""
     v_z: Array
@@ -168,16 +170,21 @@ def pose(s: Signals) -> Array:
     return np.sum(s.q_error**2, axis=1)
 
 
-def clearance(s: Signals) -> Array:
-    """Swinging feet off the height they should swing at (45 mm), weighted by their speed."""
-    miss = ((np.minimum(s.foot_height, 0.06) - 0.045) / 0.045) ** 2
-    return np.sum(miss * s.foot_speed * (1.0 - s.contact), axis=1) * s.moving
+SWING_HEIGHT = 0.045
+"""Height of the sole in the middle of a swing [m]."""
 
 
-def trot(s: Signals) -> Array:
-    """Diagonal pairs that do not share contact; feet in the order of LIMBS."""
-    c = s.contact
-    return (np.abs(c[:, 0] - c[:, 3]) + np.abs(c[:, 1] - c[:, 2])) * s.moving
+def gait(s: Signals) -> Array:
+    """Feet that do what the clock wants minus feet that do not, as a mean in [-1, 1]."""
+    wanted = s.swing > 0
+    right = np.where(wanted, 1.0 - s.contact, s.contact)
+    return np.mean(2.0 * right - 1.0, axis=1)
+
+
+def swing_height(s: Signals) -> Array:
+    """Squared relative miss of the swing height, at most 1 a foot, over swinging feet."""
+    miss = np.clip((s.foot_height - SWING_HEIGHT * s.swing) / SWING_HEIGHT, -1.0, 1.0)
+    return np.mean(miss**2 * (s.swing > 0), axis=1)
 
 
 TERMS: dict[str, Callable[[Signals], Array]] = {
@@ -202,8 +209,8 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         saturation,
         action_acceleration,
         pose,
-        clearance,
-        trot,
+        gait,
+        swing_height,
     )
 }
 
@@ -213,9 +220,9 @@ WEIGHTS: dict[str, float] = {
     "vertical_velocity": -1.0,
     "tilt_rate": -0.05,
     "power": -0.004,
-    "action_rate": -0.01,
+    "action_rate": -0.006,
     "stand_still": -0.15,
-    "air_time": 2.5,
+    "air_time": 0.0,
     "contact": 0.0,
     "slip": -0.4,
     "termination": -1.0,
@@ -225,10 +232,10 @@ WEIGHTS: dict[str, float] = {
     "height": -20.0,
     "torque": -0.0004,
     "saturation": -0.2,
-    "action_acceleration": -0.005,
+    "action_acceleration": -0.003,
     "pose": -0.05,
-    "clearance": -0.25,
-    "trot": -0.08,
+    "gait": 0.6,
+    "swing_height": -1.2,
 }
 """Default weights of the crawl; a weight of 0 switches a term off."""
 

@@ -148,11 +148,14 @@ def _work(folder: Path, index: int, count: int) -> None:
     painter = Painter(
         model, (width, height), samples=samples, shadow=shadow, max_geoms=len(boxes)
     )
-    for k in range(index, len(qpos), count):
-        caption = str(job["captions"][k]) if len(job["captions"]) else ""
-        picture = painter.draw(qpos[k], camera[k], boxes=boxes[: shown[k]], caption=caption)
-        sys.stdout.buffer.write(picture.tobytes())
-        sys.stdout.buffer.flush()
+    # Not sys.stdout.buffer: under PYTHONUNBUFFERED it has no buffer, and a pipe takes less
+    # than a picture at a time.
+    with open(sys.stdout.fileno(), "wb", closefd=False) as pipe:
+        for k in range(index, len(qpos), count):
+            caption = str(job["captions"][k]) if len(job["captions"]) else ""
+            picture = painter.draw(qpos[k], camera[k], boxes=boxes[: shown[k]], caption=caption)
+            pipe.write(picture.tobytes())
+            pipe.flush()
     painter.close()
 
 

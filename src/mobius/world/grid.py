@@ -91,7 +91,9 @@ def build_grid(
         cell: Edge of a cell [m].
         start: (2,) [m], frame M.
         goal: (2,) [m], frame M.
-        anchor: Lower-left corner of a cell in the raster's axes [m]; None searches.
+        anchor: Lower-left corner of a cell in the raster's axes [m], for a grid over the
+            whole map. None searches, and leaves out what lies more than a cell beyond the
+            last point where the robot fits (a SLAM map is mostly unknown).
 
     Returns:
         The grid, every mode allowed, and the clearance (nx, ny) [m] of its cells' centres.
@@ -105,7 +107,10 @@ def build_grid(
             f" than {_MAX_CELLS}; use larger cells"
         )
     ahead = clearance.ahead(cell, axis=0), clearance.ahead(cell, axis=1)
-    fit = _Fit(clearance, disc, cell, (width, height), ahead)
+    bounds = np.array([(0.0, 0.0), (width, height)])
+    if anchor is None:
+        bounds = _worth_covering(clearance, disc, cell, bounds)
+    fit = _Fit(clearance, disc, cell, bounds, ahead)
     ends = [None if p is None else raster.to_local(p) for p in (start, goal)]
     offsets = [anchor] if anchor is not None else _offsets(cell, clearance.step)
     best = max(offsets, key=lambda offset: fit.score(offset, *ends))
@@ -128,6 +133,16 @@ def components(blocked: Mask) -> NDArray[np.int64]:
     return np.asarray(ndimage.label(~blocked)[0], dtype=np.int64)
 
 
+def _worth_covering(clearance: Clearance, disc: Disc, cell: float, whole: Array) -> Array:
+    """(2, 2) the part of the map [m] where the robot fits, one cell wider."""
+    fits = clearance.values >= max(disc.need, _EPS)
+    if not fits.any():
+        return whole
+    spans = [np.flatnonzero(fits.any(axis=axis))[[0, -1]] * clearance.step for axis in (0, 1)]
+    low_high = np.array(spans).T + [[-cell], [cell]]
+    return np.clip(low_high, whole[0], whole[1])
+
+
 def _offsets(cell: float, step: float) -> list[Offset]:
     """Offsets below one cell, on the lattice, y slowest."""
     stride = step * max(1, round(cell / _TRIES / step))
@@ -142,20 +157,20 @@ class _Fit:
     clearance: Clearance
     disc: Disc
     cell: float
-    size: tuple[float, float]
+    bounds: Array
+    """(2, 2) lower and upper corner of what the cells must cover [m]."""
     ahead: tuple[Array, Array]
     """Least clearance on the line of one cell's length along +x and +y, per lattice point."""
 
     def corner(self, offset: Offset) -> Array:
-        """(2,) lower-left corner of cell (0, 0) [m]: the offset, moved to (-cell, 0]."""
-        phase = np.mod(np.asarray(offset, dtype=float), self.cell)
-        phase[np.minimum(phase, self.cell - phase) < _EPS] = 0.0
-        return np.where(phase > 0, phase - self.cell, 0.0)
+        """(2,) lower-left corner of cell (0, 0) [m]: the offset plus whole cells."""
+        cells = np.floor((self.bounds[0] - offset) / self.cell + _EPS)
+        return np.asarray(offset + cells * self.cell)
 
     def centers(self, offset: Offset) -> tuple[Array, Array]:
-        """Coordinates (nx,) and (ny,) of the cells' centres [m]; the cells cover the map."""
+        """Coordinates (nx,) and (ny,) of the cells' centres [m]; the cells cover the bounds."""
         low = self.corner(offset)
-        counts = np.ceil((np.array(self.size) - low) / self.cell - _EPS).astype(int)
+        counts = np.ceil((self.bounds[1] - low) / self.cell - _EPS).astype(int)
         x, y = (low[k] + (np.arange(counts[k]) + 0.5) * self.cell for k in (0, 1))
         return x, y
 

@@ -1,0 +1,62 @@
+"""A gait clock: a phase that runs while a robot is asked to move.
+
+Ours, not the paper's (which forbids motion priors); the ``fast`` preset uses it because a
+policy that sees a clock learns to step several times sooner and steps regularly.
+Diagonal limbs share a phase (trot); the other pair is half a period behind.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.56
+"""Of one stride [s]."""
+SWING = (0.06, 0.44)
+"""Part of a limb's own phase in which it should be in the air."""
+MOVE_GATE = 0.05
+"""A command whose norm (m/s and rad/s mixed) is below this means standing still."""
+OFFSETS = np.array([0.0, 0.5, 0.5, 0.0])
+"""Phase offset of each limb, order LIMBS."""
+
+
+def is_moving(command: Array) -> NDArray[np.bool_]:
+    """(n,) whether a command (n, 3) asks for motion."""
+    return np.linalg.norm(command, axis=-1) > MOVE_GATE
+
+
+class GaitClock:
+    """Phases of n robots, in [0, 1)."""
+
+    def __init__(self, n: int = 1) -> None:
+        self.phase = np.zeros(n)
+        self.moving = np.zeros(n, dtype=bool)
+
+    def reset(
+        self, which: NDArray[np.bool_] | slice = slice(None), phase: Array | float = 0.0
+    ) -> None:
+        """Set the phase of these robots."""
+        self.phase[which] = phase
+
+    def advance(self, command: Array, dt: float) -> None:
+        """Run on by ``dt`` [s] where the command (n, 3) asks for motion."""
+        self.moving = is_moving(command)
+        self.phase = np.where(self.moving, (self.phase + dt / PERIOD) % 1.0, self.phase)
+
+    def observe(self) -> Array:
+        """(n, 2) sine and cosine of the phase; zeros while standing still."""
+        angle = 2 * np.pi * self.phase
+        return np.stack([np.sin(angle), np.cos(angle)], axis=-1) * self.moving[:, None]
+
+    def limb_phase(self) -> Array:
+        """(n, 4) each limb's own phase in [0, 1)."""
+        return (self.phase[:, None] + OFFSETS) % 1.0
+
+    def swing_wanted(self) -> Array:
+        """(n, 4) where within its swing a limb should be: 0 on the ground, sine in the air."""
+        phase = self.limb_phase()
+        start, end = SWING
+        inside = (phase > start) & (phase < end) & self.moving[:, None]
+        return np.where(inside, np.sin(np.pi * (phase - start) / (end - start)), 0.0)

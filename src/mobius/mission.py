@@ -1,0 +1,341 @@
+"""One run over a map: load, plan, drive, judge, and leave files to look at."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.errors import InvalidInput, MobiusError
+from mobius.modes import FollowerConfig, PathFollower
+from mobius.plan import Weights, build_problem, check, solve
+from mobius.robot import TICK
+from mobius.stack import ACT_EVERY, Judge, RunRecord, Sample
+from mobius.types import GridMap, Mode, ModeCommand, Plan, StateEstimate
+from mobius.world import World, load_world
+
+Array = NDArray[np.float64]
+
+FOOTPRINT_RADIUS = 0.37
+"""Disc around the trunk that holds the crawling robot in every heading [m]: the fingertips
+of the stance are 0.37 m from the trunk's axis."""
+FOOTPRINT_MARGIN = 0.08
+"""How far the robot's centre may stray from its planned line [m]."""
+CLEARANCE_WANTED = 0.9
+"""Cells closer than this to an obstacle [m] are dearer."""
+ARRIVE_WITHIN = 0.35
+"""A run counts as arrived when the true trunk ends this close to the goal [m]."""
+MODES_SO_FAR = (Mode.CRAWL,)
+"""Modes the robot can carry out."""
+
+Progress = Callable[[str, float], None]
+"""Called with what is going on and how much of it is done (0 to 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a run leaves."""
+
+    record: RunRecord
+    summary: dict[str, Any]
+    files: dict[str, Path]
+    notes: tuple[str, ...]
+    """Things that went otherwise than asked, a line each."""
+
+
+def check_modes(modes: Iterable[str]) -> tuple[Mode, ...]:
+    """Names to modes. Raises :class:`InvalidInput` for one that cannot be carried out yet."""
+    from mobius.errors import UnknownName
+
+    chosen = []
+    for name in modes:
+        if name not in {m.value for m in Mode}:
+            raise UnknownName("mode", name, [m.value for m in MODES_SO_FAR])
+        mode = Mode(name)
+        if mode not in MODES_SO_FAR:
+            able = ", ".join(m.value for m in MODES_SO_FAR)
+            raise InvalidInput(f"mode '{name}' cannot be driven yet; type --modes {able}")
+        chosen.append(mode)
+    if not chosen:
+        raise InvalidInput("expected at least one mode, e.g. --modes crawl")
+    return tuple(chosen)
+
+
+def open_world(
+    source: str | Path, *, start: Sequence[float] | None = None, goal: Sequence[float] | None = None
+) -> World:
+    """Load a map for the crawling robot; start and goal must be known and reachable."""
+    world = load_world(
+        source, radius=FOOTPRINT_RADIUS, margin=FOOTPRINT_MARGIN, start=start, goal=goal
+    )
+    for what in ("start", "goal"):
+        if getattr(world.grid, what) is None:
+            raise InvalidInput(f"{source}: the map names no {what}; type --{what} X Y (metres)")
+    return world
+
+
+def clearance_cost(world: World) -> Array:
+    """(nx, ny) points: 1 a cell, more where an obstacle is near."""
+    lack = np.clip(CLEARANCE_WANTED - world.clearance, 0.0, None) / CLEARANCE_WANTED
+    return 1.0 + 3.0 * lack
+
+
+def plan_mission(world: World, modes: Sequence[Mode], *, deadline_s: float = 2.0) -> Plan:
+    """The cheapest way to the goal, proven; checked by the checker before it is driven."""
+    problem = build_problem(
+        world.grid,
+        modes=modes,
+        weights=Weights(W_exp=0.0),
+        must_reach=True,
+        early_stop=True,
+        slack=12,
+        cell_cost=clearance_cost(world),
+    )
+    plan = solve(problem, deadline_s=deadline_s)
+    check(problem, plan)
+    return plan
+
+
+def path_heading(plan: Plan) -> float:
+    """Heading [rad] of the plan's first move; 0 for a plan that stays."""
+    for a, b in zip(plan.xy_M[:-1], plan.xy_M[1:], strict=True):
+        if np.linalg.norm(b - a) > 1e-9:
+            return float(np.arctan2(b[1] - a[1], b[0] - a[0]))
+    return 0.0
+
+
+def with_ends(plan: Plan, grid: GridMap) -> Plan:
+    """The plan with its first and last point moved to the exact start and goal [m]."""
+    xy = np.array(plan.xy_M)
+    if grid.start is not None:
+        xy[0] = grid.start
+    if grid.goal is not None:
+        xy[-1] = grid.goal
+    return Plan(plan.cells, plan.modes, xy, plan.status, plan.objective, plan.bound, plan.solve_s)
+
+
+def drive(
+    world: World,
+    plan: Plan,
+    *,
+    seed: int = 0,
+    randomised: bool = True,
+    policy: Path | None = None,
+    config: FollowerConfig | None = None,
+    on_sample: Callable[[Sample, StateEstimate], None] | None = None,
+    progress: Progress | None = None,
+) -> tuple[RunRecord, Judge, Any]:
+    """Carry a plan out in physics; returns the record, the judge and the compiled scene.
+
+    Ends half a second after the follower says it arrived, at a fall, or at the time limit
+    (four times what the path takes at cruising speed, plus 20 s).
+    """
+    from mobius.assemble import Start, build_sim_stack
+    from mobius.model.robot import load_spec
+    from mobius.world.scene import build_scene
+
+    path = with_ends(plan, world.grid)
+    model = build_scene(world, load_spec("full")).compile()
+    model.opt.timestep = TICK
+    x, y = (float(v) for v in path.xy_M[0])
+    start = Start((x, y), path_heading(path), seed, randomised)
+    stack, robot = build_sim_stack(model, start, policy=policy)
+    judge = Judge(robot)
+    follower = PathFollower(path, config)
+    limit = 20.0 + 4.0 * follower.length / follower.config.speed
+    stop_at = np.inf
+
+    def source(belief: StateEstimate) -> ModeCommand:
+        return follower.command(belief, ACT_EVERY * TICK)
+
+    while not judge.fallen and stack.tick * TICK < min(limit, stop_at):
+        sample = stack.turn(source)
+        if sample is None:
+            continue
+        truth = judge.see(sample)
+        if on_sample is not None:
+            on_sample(sample, truth)
+        if follower.arrived and stop_at == np.inf:
+            stop_at = stack.tick * TICK + 1.0
+        if progress is not None and sample.tick % 60 == 0:
+            progress("driving", min(follower.progress / max(follower.length, 1e-9), 1.0))
+    record = judge.record(world.grid, path)
+    record.summary["energy_J"] = stack.energy
+    return record, judge, model
+
+
+def summarise(
+    record: RunRecord, judge: Judge, plan: Plan, *, seed: int, wall_s: float
+) -> dict[str, Any]:
+    """What ``summary.json`` holds."""
+    goal = record.plan.xy_M[-1]
+    distance = float(np.linalg.norm(record.true_p[-1, :2] - goal))
+    sim_s = float(record.t[-1]) + ACT_EVERY * TICK
+    cells = {tuple(c) for c in record.grid.cell_of(record.true_p[:, :2])}
+    steps = np.linalg.norm(np.diff(record.true_p[:, :2], axis=0), axis=1)
+    yaw = record.belief_rpy[:, 2] - record.true_rpy[:, 2]
+    yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
+    velocity = record.belief_twist_H[:, :2] - record.true_twist_H[:, :2]
+    energy = float(record.summary["energy_J"])
+    position = record.belief_p[:, :2] - record.true_p[:, :2]
+    return {
+        "goal_reached": bool(distance <= ARRIVE_WITHIN and not judge.fallen),
+        "final_distance_m": distance,
+        "falls": int(judge.fallen),
+        "collisions": judge.collisions,
+        "sim_time_s": sim_s,
+        "wall_time_s": wall_s,
+        "real_time_factor": sim_s / wall_s,
+        "path_length_m": float(steps.sum()),
+        "energy_J": energy,
+        "energy_per_cell_J": energy / max(len(cells), 1),
+        "cells_visited": len(cells),
+        "mean_power_W": energy / sim_s,
+        "loop_residual_mm": 1e3 * judge.loop_residual,
+        "plan": {
+            "objective": plan.objective,
+            "bound": plan.bound,
+            "status": plan.status,
+            "solve_ms": 1e3 * plan.solve_s,
+            "modes": sorted({m.value for m in plan.modes}),
+        },
+        "estimator": {
+            "position_rmse_m": float(np.sqrt(np.mean(np.sum(position**2, axis=1)))),
+            "yaw_rmse_rad": float(np.sqrt(np.mean(yaw**2))),
+            "velocity_rmse_mps": float(np.sqrt(np.mean(np.sum(velocity**2, axis=1)))),
+        },
+        "seed": seed,
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Of what a result depends on."""
+    names = ("mobius", "mujoco", "numpy", "onnxruntime")
+    return {"python": platform.python_version(), **{n: version(n) for n in names}}
+
+
+def plan_as_json(plan: Plan) -> dict[str, Any]:
+    """Status, objective, bound, gap, solve time [ms] and steps with metres and mode.
+
+    Step t is where the robot is after t moves; ``mode`` is the one that brought it there.
+    """
+    modes = [plan.modes[0] if plan.modes else Mode.CRAWL, *plan.modes]
+    return {
+        "status": plan.status,
+        "objective": plan.objective,
+        "bound": plan.bound,
+        "gap": plan.gap,
+        "solve_ms": 1e3 * plan.solve_s,
+        "steps": [
+            {"t": t, "x": float(x), "y": float(y), "mode": mode.value}
+            for t, ((x, y), mode) in enumerate(zip(plan.xy_M, modes, strict=True))
+        ],
+    }
+
+
+def run(
+    source: str | Path,
+    out: Path,
+    *,
+    start: Sequence[float] | None = None,
+    goal: Sequence[float] | None = None,
+    modes: Iterable[str] = ("crawl",),
+    seed: int = 0,
+    randomised: bool = True,
+    video: bool = True,
+    policy: Path | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Drive a map from start to goal and write everything into ``out``.
+
+    The folder appears when the run is over; each file is complete or absent at any moment.
+
+    Raises:
+        MobiusError: A mistake in map, places, modes or policy; nothing has been written.
+    """
+    from mobius.bridge.record import McapRecorder
+
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InvalidInput(f"{out} exists and is not empty; choose another --out")
+    chosen = check_modes(modes)
+    world = open_world(source, start=start, goal=goal)
+    plan = plan_mission(world, chosen)
+    recorder = McapRecorder()
+    recorder.once(grid=world.grid, plan=with_ends(plan, world.grid))
+
+    def keep(sample: Sample, truth: StateEstimate) -> None:
+        recorder.step(
+            sample.tick,
+            frame=sample.frame,
+            belief=sample.belief,
+            command=sample.command,
+            target=sample.sent,
+            truth=truth,
+        )
+
+    began = time.perf_counter()
+    record, judge, model = drive(
+        world,
+        plan,
+        seed=seed,
+        randomised=randomised,
+        policy=policy,
+        on_sample=keep,
+        progress=progress,
+    )
+    wall = time.perf_counter() - began
+    record.summary = summarise(record, judge, plan, seed=seed, wall_s=wall)
+    record.summary["map"] = world.name
+    files, notes = _write(out, world, record, recorder, model, video=video, progress=progress)
+    return Outcome(record, record.summary, files, notes)
+
+
+def _write(
+    out: Path,
+    world: World,
+    record: RunRecord,
+    recorder: Any,
+    model: Any,
+    *,
+    video: bool,
+    progress: Progress | None,
+) -> tuple[dict[str, Path], tuple[str, ...]]:
+    from mobius.files import write_json_atomic
+    from mobius.view.report import write_report
+
+    out.mkdir(parents=True, exist_ok=True)
+    files = {k: out / k for k in ("plan.json", "run.mcap", "report.html", "summary.json")}
+    notes: list[str] = []
+    write_json_atomic(files["plan.json"], plan_as_json(record.plan))
+    recorder.save(files["run.mcap"])
+    write_report(files["report.html"], record, occupancy=world.occupancy)
+    if video:
+        try:
+            files["video.mp4"] = _video(out / "video.mp4", record, model, progress)
+        except MobiusError as error:
+            notes.append(f"no video: {error}")
+            files.pop("video.mp4", None)
+    write_json_atomic(files["summary.json"], record.summary)
+    return files, tuple(notes)
+
+
+def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None) -> Path:
+    from mobius.view.video import render_video
+
+    render_video(
+        path,
+        model,
+        record.frame_qpos,
+        fps=30,
+        plan=record.plan,
+        progress=None if progress is None else lambda share: progress("video", share),
+    )
+    return path
