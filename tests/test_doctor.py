@@ -137,6 +137,15 @@ def test_json_round_trips_and_says_ok():
     assert out["findings"][0]["about"] == "numpy"
 
 
+@pytest.mark.parametrize(("broken", "code"), [({}, 0), ({"numpy": "ImportError"}, 1)])
+def test_the_verb_prints_one_json_object_and_returns_the_exit_code(
+    monkeypatch, capsys, broken, code
+):
+    monkeypatch.setattr(doctor, "gather", lambda: replace(SOUND, broken=broken))
+    assert doctor.main(as_json=True) == code
+    assert json.loads(capsys.readouterr().out)["ok"] is (code == 0)
+
+
 def test_requirements_are_those_of_the_installed_package():
     groups = doctor._requirements()
     assert {"numpy", "mujoco", "tyro"} <= {r.name for r in groups[""]}

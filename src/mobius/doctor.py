@@ -2,14 +2,14 @@
 
 :func:`gather` looks (versions, one subprocess per package and per OpenGL back end, so
 that a crash of one is a finding and not the end); :func:`diagnose` is pure and turns the
-facts into findings. The command line prints :meth:`Report.text` or
-:meth:`Report.as_dict` and leaves with :attr:`Report.exit_code`.
+facts into findings; :func:`main` is the command line's verb.
 """
 
 from __future__ import annotations
 
 import importlib.metadata as metadata
 import importlib.util
+import json
 import os
 import platform
 import subprocess
@@ -24,7 +24,7 @@ from packaging.requirements import Requirement
 
 from mobius.errors import InvalidInput
 
-__all__ = ["Facts", "Finding", "Report", "diagnose", "examine", "gather"]
+__all__ = ["Facts", "Finding", "Report", "diagnose", "examine", "gather", "main"]
 
 Level = Literal["note", "warning", "error"]
 
@@ -132,6 +132,13 @@ class Report:
         if not self.findings:
             lines.append("nothing to complain about")
         return "\n".join(lines)
+
+
+def main(*, as_json: bool = False) -> int:
+    """Print the report, for people or as one JSON object; returns the exit code."""
+    report = examine()
+    print(json.dumps(report.as_dict(), indent=2) if as_json else report.text())
+    return report.exit_code
 
 
 def examine() -> Report:

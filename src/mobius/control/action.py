@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius import paper
+
 Array = NDArray[np.float64]
 
-ACTION_SCALE = 0.3
+ACTION_SCALE = paper.TABLE_I.action_scale
 """a_scale [rad] (Table I)."""
 FILTER_LENGTH = 3
 """n_actions; the paper prints none. 50 ms at 60 Hz, the newest action included."""

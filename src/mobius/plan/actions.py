@@ -16,6 +16,7 @@ from functools import cache
 from itertools import pairwise, product
 from typing import Literal
 
+from mobius import paper
 from mobius.types import Mode
 
 __all__ = ["STEP_LENGTHS", "Action", "Connectivity", "actions_for"]
@@ -23,10 +24,11 @@ __all__ = ["STEP_LENGTHS", "Action", "Connectivity", "actions_for"]
 Connectivity = Literal["axis", "box", "diagonal"]
 Offset = tuple[int, int]
 
+PLANNABLE = (Mode.BIPED, Mode.CRAWL, Mode.ROLL)
+"""Modes of Table IV."""
+
 STEP_LENGTHS: dict[Mode, tuple[int, ...]] = {
-    Mode.BIPED: (1,),
-    Mode.CRAWL: (1, 2),
-    Mode.ROLL: (3,),
+    mode: tuple(d for d in paper.STEPS[mode] if d > 0) for mode in PLANNABLE
 }
 """Cells per step and axis, Table IV (8)-(10)."""
 

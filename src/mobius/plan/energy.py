@@ -13,7 +13,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from mobius import paper
 from mobius.errors import PlanError
+from mobius.plan.actions import PLANNABLE
 from mobius.plan.check import cells_seen
 from mobius.plan.problem import Problem
 from mobius.types import Mode, Plan
@@ -21,12 +23,12 @@ from mobius.types import Mode, Plan
 __all__ = ["J_PER_CELL", "MAX_SPEED", "PlanCost", "plan_cost", "step_duration"]
 
 MAX_SPEED: Mapping[Mode, float] = MappingProxyType(
-    {Mode.BIPED: 0.1, Mode.CRAWL: 0.4, Mode.ROLL: 0.7}
+    {mode: paper.MAX_SPEED[mode] for mode in PLANNABLE}
 )
 """Top speed of each mode [m/s], Table V."""
 
 J_PER_CELL: Mapping[Mode, float] = MappingProxyType(
-    {Mode.BIPED: 26.89, Mode.CRAWL: 5.11, Mode.ROLL: 21.96}
+    {mode: paper.TABLE_VI_SINGLE[mode].energy for mode in PLANNABLE}
 )
 """Energy per visited cell [J], Table VI (the paper's text swaps biped and roll)."""
 

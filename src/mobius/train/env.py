@@ -96,6 +96,12 @@ class LocomotionEnv:
         self._reset(np.arange(self.n))
         self.observation, self.privileged = self.observe()
 
+    def reset_observation(self) -> None:
+        """Forget past frames and observe the present state; after states were set by hand."""
+        self.frames[:] = np.nan
+        self.history.reset()
+        self.observation, self.privileged = self.observe()
+
     def _reset(self, ids: NDArray[np.int64]) -> None:
         pick = self.rng.integers(len(self.pool[0]), size=len(ids))
         qpos, qvel = self.pool[0][pick].copy(), self.pool[1][pick].copy()

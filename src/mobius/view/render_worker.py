@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 __all__ = ["Painter"]
 
 _LIGHT_DISTANCE = 4.0
-_SHADOW_REACH = 4.0
+_SHADOW_REACH = 3.0
 """Shadows are cast this far around the robot [m]."""
-_SLICES, _STACKS = 16, 8
+_SLICES, _STACKS = 12, 6
 
 
 class Painter:
@@ -40,7 +40,7 @@ class Painter:
         size: tuple[int, int],
         *,
         samples: int = 4,
-        shadow: int = 1024,
+        shadow: int = 2048,
         max_geoms: int = 0,
     ) -> None:
         quality, screen = model.vis.quality, model.vis.global_

@@ -44,13 +44,17 @@ class Clearance:
 
     def at(self, xy: ArrayLike) -> Array:
         """Distance (...) [m] at points (..., 2) [m]; exact on the lattice, never too large."""
-        return self._sample(self.values, np.asarray(xy, dtype=float))
+        xy = np.asarray(xy, dtype=float)
+        j, on_x, dx = self._nearest(xy[..., 0], axis=0)
+        i, on_y, dy = self._nearest(xy[..., 1], axis=1)
+        value = np.maximum(self.values[i, j] - np.hypot(dx, dy), 0.0)
+        return np.asarray(np.where(on_x & on_y, value, 0.0))
 
     def along(self, a: ArrayLike, b: ArrayLike) -> float:
         """Least distance [m] on the straight line from a (2,) to b (2,) [m], never too large."""
         a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
         pieces = max(1, int(np.ceil(np.linalg.norm(b - a) / self.step)))
-        points = a + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (b - a)
+        points = a + np.arange(pieces + 1)[:, None] * ((b - a) / pieces)
         slack = 0.5 * float(np.linalg.norm(b - a)) / pieces
         return max(0.0, float(self.at(points).min()) - slack)
 
@@ -75,14 +79,14 @@ class Clearance:
 
     def sample_grid(self, table: Array, x: Array, y: Array) -> Array:
         """Values (nx, ny) of a lattice table at the crossings of x (nx,) and y (ny,) [m]."""
-        return self._sample(table, np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
+        (j, on_x, dx), (i, on_y, dy) = self._nearest(x, axis=0), self._nearest(y, axis=1)
+        value = np.maximum(table[np.ix_(i, j)].T - np.hypot(dx[:, None], dy), 0.0)
+        return np.where(on_x[:, None] & on_y, value, 0.0)
 
-    def _sample(self, table: Array, xy: Array) -> Array:
-        steps = xy / self.step
-        index = np.rint(steps).astype(np.int64)
-        rows, cols = self.values.shape
-        on_map = ((index >= 0) & (index < (cols, rows))).all(axis=-1)
-        j, i = np.clip(index[..., 0], 0, cols - 1), np.clip(index[..., 1], 0, rows - 1)
-        slack = np.linalg.norm(steps - index, axis=-1) * self.step
-        slack = np.where(slack < 1e-9, 0.0, slack)
-        return np.where(on_map, np.maximum(table[i, j] - slack, 0.0), 0.0)
+    def _nearest(self, x: Array, *, axis: int) -> tuple[NDArray[np.int64], Mask, Array]:
+        """Lattice index, whether on the map, and distance to it [m], along one axis."""
+        count = self.values.shape[1 - axis]
+        index = np.rint(x / self.step).astype(np.int64)
+        off = np.abs(x - index * self.step)
+        on_map = (index >= 0) & (index < count)
+        return np.clip(index, 0, count - 1), on_map, np.where(off < 1e-9, 0.0, off)

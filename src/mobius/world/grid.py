@@ -139,7 +139,7 @@ def _worth_covering(clearance: Clearance, disc: Disc, cell: float, whole: Array)
     if not fits.any():
         return whole
     spans = [np.flatnonzero(fits.any(axis=axis))[[0, -1]] * clearance.step for axis in (0, 1)]
-    low_high = np.array(spans).T + [[-cell], [cell]]
+    low_high = np.array(spans).T + np.array([[-cell], [cell]])
     return np.clip(low_high, whole[0], whole[1])
 
 

@@ -1,0 +1,214 @@
+"""From sensor frames to belief at 300 Hz: IMU, leg odometry, camera, ground and rest.
+
+Each frame the IMU predicts (:mod:`mobius.estimate.iekf`). Limbs that stand
+(:mod:`mobius.estimate.contact`) say how fast the trunk moves over their contact points
+(:mod:`mobius.estimate.limbs`): ``v_B = -(w x p + dp)``. Feet slip for as long as they stand,
+so one such velocity counts as if it had the noise of a whole stance; a limb that disagrees
+with the prediction by more than its share loses weight, one that disagrees much is dropped.
+The camera's pose comes late, drifts, drops out and jumps; :class:`InvariantFilter` carries
+its track as a second odometer and re-anchors it after gaps and jumps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.errors import InvalidInput
+from mobius.estimate.contact import ContactConfig, ContactDetector
+from mobius.estimate.iekf import FilterNoise, InvariantFilter
+from mobius.estimate.limbs import LimbKinematics, LimbState, Vector, cross
+from mobius.geometry import mat_to_quat, quat_to_mat
+from mobius.model import LIMB_JOINTS, limb_geometry
+from mobius.types import LIMBS, Pose, SensorFrame, StateEstimate
+
+Array = NDArray[np.float64]
+MAX_STEP = 0.1
+"""Longest time between two frames that is integrated [s]."""
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """What the estimator believes of its sources."""
+
+    noise: FilterNoise = field(default_factory=FilterNoise)
+    contact: ContactConfig = field(default_factory=ContactConfig)
+    slip: float = 0.6
+    """Leg odometry of one standing limb, one frame [m/s]: 5 cm/s of slip that lasts 0.04 s."""
+    slip_gate: float = 0.10
+    """Speed of a limb's contact point over the ground [m/s] that costs it its weight."""
+    lost_gate: float = 5.0
+    """A limb off by this many gates is not standing at all."""
+    camera_latency: float = 0.0075
+    """Age of the camera's pose when it arrives [s]."""
+    camera_position: float = 0.004
+    """Noise of the camera's position, horizontal [m]."""
+    camera_height: float = 0.01
+    """And vertical [m]."""
+    camera_tilt: float = 0.3
+    """Noise of its roll and pitch, one pose [rad]: 0.5 deg that last 0.5 s and more."""
+    camera_yaw: float = 0.12
+    """Noise of its yaw, one pose [rad]."""
+    camera_jump: float = 0.010
+    """How far its heading may turn while it is lost [rad]."""
+    camera_gap: float = 0.03
+    """Silence [s] after which the camera was lost."""
+    camera_gate: float = 25.0
+    """Squared Mahalanobis distance (6 numbers) beyond which a pose is not used."""
+    camera_patience: int = 6
+    """Poses in a row beyond the gate after which the camera has jumped."""
+    ground: float | None = 0.10
+    """Standing limbs are at height zero, noise of one frame [m]; None off flat floors."""
+    rest_rate: float = 0.03
+    """Joint rates below this, all limbs standing, mean that the robot rests [rad/s]."""
+
+
+class Estimator:
+    """Turns :class:`SensorFrame` into :class:`StateEstimate`."""
+
+    def __init__(self, config: EstimatorConfig | None = None) -> None:
+        self.config = config or EstimatorConfig()
+        self._kinematics = [LimbKinematics(limb_geometry(name)) for name in LIMBS]
+        self._joints = [LIMB_JOINTS[name] for name in LIMBS]
+        self._filter: InvariantFilter | None = None
+
+    @property
+    def filter(self) -> InvariantFilter:
+        """The filter's whole state. Raises :class:`InvalidInput` before :meth:`reset`."""
+        if self._filter is None:
+            raise InvalidInput("the estimator has no start; call reset(pose, stamp) first")
+        return self._filter
+
+    def reset(self, pose: Pose, stamp: float) -> None:
+        """Start at rest at ``pose`` of the trunk in odom, at time ``stamp`` [s]."""
+        c = self.config
+        self._filter = InvariantFilter(pose.p, pose.q, c.noise)
+        self._contact = ContactDetector(c.contact)
+        self._stamp, self._frames, self._resting = float(stamp), 0, 0.0
+        self._camera_p: Array | None = None
+        self._camera_stamp, self._refused = -np.inf, 0
+        N = np.array([c.camera_tilt, c.camera_tilt, c.camera_yaw, 0.0, 0.0, c.camera_height])
+        N[3:5] = c.camera_position
+        self._camera_noise = np.diag(N**2)
+
+    def update(self, frame: SensorFrame) -> StateEstimate:
+        """Take in one frame; frames come in order, at most 0.1 s apart."""
+        belief = self.filter
+        dt = frame.stamp - self._stamp
+        if not 0.0 <= dt <= MAX_STEP:
+            raise InvalidInput(
+                f"Estimator.update: expected a stamp within {MAX_STEP} s after"
+                f" {self._stamp:.4f} s, got {frame.stamp:.4f} s; call reset(pose, stamp)"
+                " to start anew"
+            )
+        self._stamp = frame.stamp
+        if dt > 0.0:
+            belief.predict(frame.gyro_I, frame.accel_I, dt)
+        w_B = frame.gyro_I - belief.gyro_bias
+        limbs, standing = self._limbs(frame, dt)
+        self._leg_odometry(limbs, standing, w_B)
+        if frame.vio is not None:
+            self._camera(frame.vio, frame.stamp, w_B)
+        self._rest(frame, standing, dt)
+        self._frames += 1
+        if self._frames % 30 == 0:
+            belief.orthonormalise()
+        return self._belief(frame, standing)
+
+    # -- the sources ---------------------------------------------------------------------
+
+    def _limbs(self, frame: SensorFrame, dt: float) -> tuple[list[LimbState], list[float]]:
+        """Kinematics and contact probability of the limbs."""
+        x, y, z = self.filter.R[2].tolist()
+        up: Vector = (complex(x, y), z)
+        q, dq, tau = frame.q.tolist(), frame.dq.tolist(), frame.torque.tolist()
+        limbs = [k(q[s], dq[s], up) for k, s in zip(self._kinematics, self._joints, strict=True)]
+        cranks = [slice(s.start + 1, s.start + 3) for s in self._joints]
+        standing = self._contact.update(
+            limbs,
+            up,
+            rates=[dq[s] for s in cranks],
+            torques=[tau[s] for s in cranks],
+            wrench_S=frame.wrench_S.tolist(),
+            dt=dt,
+        )
+        return limbs, standing
+
+    def _leg_odometry(self, limbs: list[LimbState], standing: list[float], w_B: Array) -> None:
+        """Fuse what the standing limbs say of the trunk's velocity, and of its height."""
+        c, belief = self.config, self.filter
+        wx, wy, wz = w_B.tolist()
+        spin: Vector = (complex(wx, wy), wz)
+        vx, vy, vz = (belief.v @ belief.R).tolist()
+        unsure = float(np.trace(belief.P[3:6, 3:6]))
+        total, flat, up, foot_xy, foot_z = 0.0, 0j, 0.0, 0j, 0.0
+        for limb, p in zip(limbs, standing, strict=True):
+            if p < 0.5:
+                continue
+            turned = cross(spin, limb.contact)
+            xy, z = -(turned[0] + limb.velocity[0]), -(turned[1] + limb.velocity[1])
+            slip2 = abs(xy - complex(vx, vy)) ** 2 + (z - vz) ** 2
+            ratio = slip2 / (c.slip_gate**2 + unsure)
+            if ratio > c.lost_gate**2:
+                continue
+            weight = p / max(ratio, 1.0)
+            total += weight
+            flat, up = flat + weight * xy, up + weight * z
+            foot_xy, foot_z = foot_xy + weight * limb.contact[0], foot_z + weight * limb.contact[1]
+        if total == 0.0:
+            return
+        flat, up = flat / total, up / total
+        belief.correct_velocity(np.array([flat.real, flat.imag, up]), c.slip**2 / total)
+        if c.ground is not None and self._frames % 5 == 0:
+            foot_xy, foot_z = foot_xy / total, foot_z / total
+            point = np.array([foot_xy.real, foot_xy.imag, foot_z])
+            belief.correct_height(point, c.ground**2 / 5)
+
+    def _camera(self, pose: Pose, stamp: float, w_B: Array) -> None:
+        """Follow the camera's track; put it back on ours when it was lost or has jumped."""
+        c, belief = self.config, self.filter
+        R_VB = quat_to_mat(pose.q)
+        lost = stamp - self._camera_stamp > c.camera_gap or self._refused >= c.camera_patience
+        if lost:
+            yaw = None
+            if self._camera_p is None:
+                forward = belief.R @ R_VB.T
+                yaw = float(np.arctan2(forward[1, 0] - forward[0, 1], forward[0, 0] + forward[1, 1]))
+            belief.anchor_camera(
+                w_B,
+                c.camera_latency,
+                position_variance=c.camera_position**2,
+                yaw=yaw,
+                yaw_variance=c.camera_jump**2,
+            )
+            self._refused = 0
+        else:
+            belief.move_camera(pose.p - self._camera_p)
+        self._camera_p, self._camera_stamp = pose.p, stamp
+        if not lost:
+            distance = belief.correct_camera(
+                R_VB, w_B, c.camera_latency, N=self._camera_noise, gate=c.camera_gate
+            )
+            self._refused = self._refused + 1 if distance > c.camera_gate else 0
+
+    def _rest(self, frame: SensorFrame, standing: list[float], dt: float) -> None:
+        """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
+        still = min(standing) > 0.5 and float(np.abs(frame.dq).max()) < self.config.rest_rate
+        self._resting = self._resting + dt if still else 0.0
+        if self._resting > 0.2 and self._frames % 5 == 0:
+            self.filter.correct_rest(frame.gyro_I, 0.01**2)
+
+    def _belief(self, frame: SensorFrame, standing: list[float]) -> StateEstimate:
+        belief = self.filter
+        cov = belief.covariance()
+        return StateEstimate(
+            stamp=frame.stamp,
+            p_OB=belief.p,
+            q_OB=mat_to_quat(belief.R),
+            v_B=belief.v @ belief.R,
+            w_B=frame.gyro_I - belief.gyro_bias,
+            contact=standing,
+            cov=cov,
+        )

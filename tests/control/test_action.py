@@ -1,0 +1,54 @@
+"""Eq. (2) and the gait clock."""
+
+import numpy as np
+from mobius.control.action import ActionFilter
+from mobius.control.clock import MOVE_GATE, PERIOD, GaitClock
+
+
+def test_moving_average_by_hand():
+    """a_scale 0.3, three actions: after 1, 2, 3 the target is default + 0.3 * mean(3, 2, 1)."""
+    f = ActionFilter(np.array([0.1]), np.array([-9.0]), np.array([9.0]))
+    f.push(np.array([[1.0]]))
+    f.push(np.array([[2.0]]))
+    np.testing.assert_allclose(f.push(np.array([[3.0]])), [[0.1 + 0.3 * 2.0]])
+    np.testing.assert_allclose(f.last, [[3.0]])
+
+
+def test_first_action_is_a_third():
+    f = ActionFilter(np.zeros(1), -np.ones(1), np.ones(1))
+    np.testing.assert_allclose(f.push(np.array([[1.0]])), [[0.1]])
+
+
+def test_targets_stay_inside_the_limits():
+    f = ActionFilter(np.zeros(2), np.array([-0.2, -1]), np.array([0.2, 1]), n=3)
+    for _ in range(4):
+        out = f.push(np.full((3, 2), 50.0))
+    np.testing.assert_allclose(out, np.tile([0.2, 1.0], (3, 1)))
+
+
+def test_reset_forgets_only_the_chosen():
+    f = ActionFilter(np.zeros(1), -np.ones(1), np.ones(1), n=2)
+    f.push(np.ones((2, 1)))
+    f.reset(np.array([True, False]))
+    np.testing.assert_allclose(f.push(np.zeros((2, 1)))[:, 0], [0.0, 0.1])
+
+
+def test_clock_runs_only_when_asked_to_move():
+    clock = GaitClock(2)
+    command = np.array([[0.3, 0.0, 0.0], [0.5 * MOVE_GATE, 0.0, 0.0]])
+    for _ in range(7):
+        clock.advance(command, PERIOD / 28)
+    np.testing.assert_allclose(clock.phase, [0.25, 0.0])
+    np.testing.assert_allclose(clock.observe(), [[1.0, 0.0], [0.0, 0.0]], atol=1e-12)
+    assert (clock.swing_wanted()[1] == 0).all()
+
+
+def test_diagonal_limbs_swing_together_and_never_all():
+    clock = GaitClock(50)
+    clock.reset(phase=np.linspace(0, 1, 50, endpoint=False))
+    clock.advance(np.ones((50, 3)), 0.0)
+    swing = clock.swing_wanted()
+    np.testing.assert_allclose(swing[:, 0], swing[:, 3])  # left arm, right leg
+    np.testing.assert_allclose(swing[:, 1], swing[:, 2])
+    assert ((swing > 0).sum(axis=1) <= 2).all()
+    assert (swing[:, 0] > 0).any() and (swing[:, 1] > 0).any()
