@@ -12,7 +12,7 @@ from typing import Any
 import tyro
 from tyro.conf import Positional
 
-from mobius.errors import InvalidInput, MobiusError
+from mobius.errors import InvalidInput, MobiusError, UnknownName
 
 XY = tuple[float, float]
 
@@ -228,7 +228,6 @@ class Eval:
 
     def __call__(self) -> int:
         """Evaluate and print."""
-        from mobius.errors import UnknownName
         from mobius.evaluate import tracking
 
         if self.what != "tracking":
@@ -354,6 +353,8 @@ def main(argv: list[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     args = sys.argv[1:] if argv is None else argv
     try:
+        if args and not args[0].startswith("-") and args[0] not in VERBS:
+            raise UnknownName("verb", args[0], VERBS)
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

@@ -1,5 +1,6 @@
 """How well a policy tracks commands in the whole stack: full collision geometry, physics at
-1/600 s, randomised robot and floor, the belief of the estimator, never the truth."""
+1/600 s, randomised robot and floor, the belief of the estimator, never the truth.
+"""
 
 from __future__ import annotations
 
@@ -85,8 +86,8 @@ def episode(
 
 
 def _measure(seed: int, judge: Any) -> Episode:
-    from mobius.model.servo import servo_of
     from mobius.model.joints import JOINTS
+    from mobius.model.servo import servo_of
 
     def column(name: str) -> Array:
         return np.stack([row[name] for row in judge.rows])

@@ -17,7 +17,7 @@ from mobius.errors import InvalidInput, MobiusError
 from mobius.modes import FollowerConfig, PathFollower
 from mobius.plan import Weights, build_problem, check, solve
 from mobius.robot import TICK
-from mobius.stack import ACT_EVERY, Judge, RunRecord, Sample
+from mobius.stack import ACT_EVERY, FRAME_EVERY, Judge, RunRecord, Sample
 from mobius.types import GridMap, Mode, ModeCommand, Plan, StateEstimate
 from mobius.world import World, load_world
 
@@ -330,12 +330,18 @@ def _write(
 def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None) -> Path:
     from mobius.view.video import render_video
 
+    def tell(done: int, total: int) -> None:
+        if progress is not None:
+            progress("video", done / total)
+
     render_video(
         path,
         model,
         record.frame_qpos,
-        fps=30,
-        plan=record.plan,
-        progress=None if progress is None else lambda share: progress("video", share),
+        qpos_fps=1.0 / (FRAME_EVERY * TICK),
+        plan_xy=record.plan.xy_M,
+        plan_modes=[m.value for m in record.plan.modes],
+        path_true=record.true_p[::2, :2],
+        progress=tell,
     )
     return path

@@ -19,8 +19,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.control.observation import heading_twist
 from mobius.control.bodies import body_of
+from mobius.control.observation import heading_twist
 from mobius.errors import InvalidInput
 from mobius.geometry import quat_to_rpy
 from mobius.modes import ModeMachine
@@ -244,11 +244,11 @@ class Judge:
 
     def record(self, grid: GridMap, plan: Plan) -> RunRecord:
         """All rows as arrays."""
-        columns = {k: np.stack([row[k] for row in self.rows]) for k in self.rows[0]}
+        columns: dict[str, Any] = {k: np.stack([row[k] for row in self.rows]) for k in self.rows[0]}
         return RunRecord(
             **columns,
             modes=self.modes,
-            frame_t=np.arange(len(self.frames)) * FRAME_EVERY * TICK,
+            frame_t=FRAME_EVERY * TICK * np.arange(len(self.frames), dtype=float),
             frame_qpos=np.stack(self.frames),
             grid=grid,
             plan=plan,

@@ -8,6 +8,7 @@ their arrays read-only and checked on construction.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Literal
@@ -76,15 +77,18 @@ def frozen_array(
     shape differs or a float is not finite.
     """
     array = np.array(value, dtype=dtype)
-    where = f"{type(owner).__name__}.{name}"
-    ok = array.ndim == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, array.shape, strict=True)
-    )
-    if not ok:
+    if array.shape != shape and not (
+        array.ndim == len(shape)
+        and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    ):
         want = tuple("n" if s is None else s for s in shape)
-        raise InvalidInput(f"{where}: expected shape {want}, got {array.shape}")
+        raise InvalidInput(
+            f"{type(owner).__name__}.{name}: expected shape {want}, got {array.shape}"
+        )
     if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise InvalidInput(f"{where}: expected finite numbers, got {array.tolist()}")
+        raise InvalidInput(
+            f"{type(owner).__name__}.{name}: expected finite numbers, got {array.tolist()}"
+        )
     array.setflags(write=False)
     object.__setattr__(owner, name, array)
 
@@ -92,7 +96,8 @@ def frozen_array(
 def unit_quaternion(owner: object, name: str, value: ArrayLike) -> None:
     """Store a read-only ``wxyz`` quaternion; raise when its norm is not 1 +- 1e-3."""
     frozen_array(owner, name, value, (4,))
-    norm = float(np.linalg.norm(getattr(owner, name)))
+    q = getattr(owner, name)
+    norm = math.sqrt(float(q @ q))
     if abs(norm - 1.0) > 1e-3:
         raise InvalidInput(
             f"{type(owner).__name__}.{name}: expected a unit quaternion (wxyz), got norm {norm:.4f}"

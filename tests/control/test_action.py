@@ -1,6 +1,7 @@
 """Eq. (2) and the gait clock."""
 
 import numpy as np
+
 from mobius.control.action import ActionFilter
 from mobius.control.clock import MOVE_GATE, PERIOD, GaitClock
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mobius.control.bodies import body_of
 from mobius.control.observation import (
     History,

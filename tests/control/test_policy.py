@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mobius.control.policy import PolicyController, load_policy, shipped_policy
 from mobius.errors import PolicyError
 from mobius.model.robot import keyframe_joints

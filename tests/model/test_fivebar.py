@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mobius.model.fivebar import ARM_FIVEBAR, LEG_FIVEBAR, FiveBar
 
 BARS = [ARM_FIVEBAR, LEG_FIVEBAR]
@@ -81,6 +82,6 @@ def test_hand_computed_square():
     """
     bar = FiveBar(L1=0.1, w=0.0, coupler=0.1, distal_joint=0.1, distal=0.2, offset=0.0)
     # q11 = 0 (down), q21 = 90 deg (out): B = (.1, 0), E = (0, .1); C = (.1, .1) closes a square
-    B, E, C, T = bar.points(0.0, np.pi / 2)
+    _B, _E, C, T = bar.points(0.0, np.pi / 2)
     np.testing.assert_allclose(C, [0.1, 0.1], atol=1e-12)
     np.testing.assert_allclose(T, [0.2, 0.1], atol=1e-12)  # twice as far along E-C

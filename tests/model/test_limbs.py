@@ -3,20 +3,21 @@
 import mujoco
 import numpy as np
 import pytest
+
 from mobius.model import JOINTS, LIMB_JOINTS, arm, leg, limb_geometry
-from mobius.model import robot as R
+from mobius.model import robot as load
 from mobius.types import LIMBS
 
 
 @pytest.fixture(scope="module")
 def model():
-    return R.load_model("full", floor=False)
+    return load.load_model("full", floor=False)
 
 
 def poses(limb: str, n: int = 1000, seed: int = 1) -> np.ndarray:
     """Random joint angles of one limb: all ranges, on the assembly branch."""
     g = limb_geometry(limb)
-    low, high = (x[LIMB_JOINTS[limb]] for x in R.joint_limits())
+    low, high = (x[LIMB_JOINTS[limb]] for x in load.joint_limits())
     q = np.random.default_rng(seed).uniform(low, high, (8 * n, len(low)))
     T = g.fivebar.fk(q[:, 1], q[:, 2])
     ok = np.isfinite(T).all(axis=1) & (q[:, 2] - q[:, 1] > 0.70)
@@ -37,10 +38,10 @@ def test_forward_kinematics_equal_mujoco(model, limb):
     g, data = limb_geometry(limb), mujoco.MjData(model)
     q_limb = poses(limb)
     assert len(q_limb) == 1000
-    q = np.tile(R.keyframe_joints("crawl")[0], (1000, 1))
+    q = np.tile(load.keyframe_joints("crawl")[0], (1000, 1))
     q[:, LIMB_JOINTS[limb]] = q_limb
     for k in range(1000):
-        data.qpos[:] = R.configuration(model, q[k])
+        data.qpos[:] = load.configuration(model, q[k])
         mujoco.mj_kinematics(model, data)
         site = data.site(f"{limb}_tip")
         gap = data.site(f"{limb}_loop_coupler").xpos - data.site(f"{limb}_loop_distal").xpos

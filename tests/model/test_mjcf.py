@@ -3,9 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
+
 from mobius.errors import InvalidInput, UnknownName
 from mobius.model import JOINTS
-from mobius.model import robot as R
+from mobius.model import robot as load
 from mobius.model.build import ROBOT_XML, build_robot
 from mobius.model.poses import build_keyframes
 from mobius.types import LIMBS
@@ -13,7 +14,7 @@ from mobius.types import LIMBS
 
 @pytest.fixture(scope="module")
 def model():
-    return R.load_model("full")
+    return load.load_model("full")
 
 
 def subtree(model, name):
@@ -43,7 +44,7 @@ def test_jacobian_is_dense(model):
     """mujoco 4.0.0 builds a wrong Newton Hessian from a sparse one (mujoco issue 3767)."""
     assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
     assert not mujoco.mj_isSparse(model)
-    assert not mujoco.mj_isSparse(R.load_model("feet"))
+    assert not mujoco.mj_isSparse(load.load_model("feet"))
 
 
 def test_joint_names_and_order(model):
@@ -67,12 +68,12 @@ def test_published_ranges(model):
 def test_robot_file_holds_only_the_robot():
     bare = mujoco.MjModel.from_xml_path(str(ROBOT_XML))
     assert all(bare.geom_bodyid != 0)  # nothing is fixed to the world
-    assert mujoco.MjModel.from_xml_path(str(R.SCENE_PATH)).geom("floor").id >= 0
+    assert mujoco.MjModel.from_xml_path(str(load.SCENE_PATH)).geom("floor").id >= 0
 
 
 def test_home_touches_the_floor_with_soles_only(model):
     data = mujoco.MjData(model)
-    qpos, ctrl = R.keyframe("crawl")
+    qpos, ctrl = load.keyframe("crawl")
     data.qpos[:], data.ctrl[:] = qpos, ctrl
     data.qpos[2] -= 1e-4
     mujoco.mj_forward(model, data)
@@ -86,7 +87,7 @@ def test_home_touches_the_floor_with_soles_only(model):
 @pytest.mark.parametrize("name", ["crawl", "home", "stand", "prone", "supine", "on_head", "hang"])
 def test_keyframes_are_closed_and_above_the_floor(model, name):
     data = mujoco.MjData(model)
-    data.qpos[:] = R.keyframe(name)[0]
+    data.qpos[:] = load.keyframe(name)[0]
     mujoco.mj_forward(model, data)
     for limb in LIMBS:
         gap = data.site(f"{limb}_loop_coupler").xpos - data.site(f"{limb}_loop_distal").xpos
@@ -96,7 +97,7 @@ def test_keyframes_are_closed_and_above_the_floor(model, name):
 
 def test_home_stands_still_for_three_seconds(model):
     data = mujoco.MjData(model)
-    qpos, ctrl = R.keyframe("crawl")
+    qpos, ctrl = load.keyframe("crawl")
     data.qpos[:], data.ctrl[:] = qpos, ctrl
     mujoco.mj_step(model, data, 1800)
     assert abs(data.qpos[2] - qpos[2]) < 0.01
@@ -106,7 +107,7 @@ def test_home_stands_still_for_three_seconds(model):
 def test_loops_stay_closed_under_load(model):
     """Random targets of +-0.3 rad and twice the weight: the loops open by less than 1 mm."""
     data = mujoco.MjData(model)
-    data.qpos[:], ctrl = R.keyframe("crawl")
+    data.qpos[:], ctrl = load.keyframe("crawl")
     rng, worst = np.random.default_rng(0), 0.0
     data.xfrc_applied[model.body("base_link").id, 2] = -100.0
     for _ in range(60):
@@ -120,12 +121,12 @@ def test_loops_stay_closed_under_load(model):
 
 
 def test_training_model_is_the_same_robot(model):
-    feet = R.load_model("feet")
+    feet = load.load_model("feet")
     assert subtree(feet, "base_link") == pytest.approx(subtree(model, "base_link"))
     assert feet.nv == model.nv - 4  # the fingers are welded
-    q = R.keyframe_joints("crawl")[0]
+    q = load.keyframe_joints("crawl")[0]
     a, b = mujoco.MjData(model), mujoco.MjData(feet)
-    a.qpos[:], b.qpos[:] = R.configuration(model, q), R.configuration(feet, q)
+    a.qpos[:], b.qpos[:] = load.configuration(model, q), load.configuration(feet, q)
     for m, d in ((model, a), (feet, b)):
         mujoco.mj_kinematics(m, d)
     for limb in LIMBS:
@@ -136,10 +137,10 @@ def test_training_model_is_the_same_robot(model):
 
 def test_errors_name_what_exists():
     with pytest.raises(UnknownName, match="Did you mean 'stand'"):
-        R.keyframe("stnd")
+        load.keyframe("stnd")
     with pytest.raises(UnknownName, match="full"):
-        R.load_spec("ful")
-    q = R.keyframe_joints("crawl")[0].copy()
+        load.load_spec("ful")
+    q = load.keyframe_joints("crawl")[0].copy()
     q[1], q[2] = 1.444, 1.697  # the crank pins meet
     with pytest.raises(InvalidInput, match="left_arm"):
-        R.configuration(R.load_model("full"), q)
+        load.configuration(load.load_model("full"), q)

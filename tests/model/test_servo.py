@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+
 from mobius.model.servo import SERVOS, XM430_W350, Servo, rpm, servo_of
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mobius.errors import InvalidInput
 from mobius.geometry import rpy_to_quat
 from mobius.modes import SUCCESSORS, FollowerConfig, ModeMachine, PathFollower

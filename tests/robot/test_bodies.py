@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+
 from mobius.errors import InvalidInput
 from mobius.model import JOINTS, joint_index
 from mobius.model.dimensions import MIN_CRANK_SPREAD

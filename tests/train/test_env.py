@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from mobius.control.observation import mirror_frame, mirror_joints
 from mobius.errors import UnknownName
 from mobius.train.env import LocomotionEnv

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mobius.train.rewards import TERMS, WEIGHTS, Signals, total
 
 

@@ -17,12 +17,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
+from mobius.estimate.limbs import LimbState, Vector, dot
 from mobius.model import LimbGeometry, limb_geometry
 from mobius.model import dimensions as dim
 from mobius.model.servo import servo_of
 from mobius.types import LIMBS
-
-from mobius.estimate.limbs import LimbState, Vector, dot
 
 G = 9.81
 

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from mobius.errors import InvalidInput
 from mobius.estimate.contact import ContactConfig, ContactDetector
-from mobius.estimate.iekf import FilterNoise, InvariantFilter
+from mobius.estimate.iekf import FilterNoise, InvariantFilter, rotation_of
 from mobius.estimate.limbs import LimbKinematics, LimbState, Vector, cross
-from mobius.geometry import mat_to_quat, quat_to_mat
+from mobius.geometry import mat_to_quat
 from mobius.model import LIMB_JOINTS, limb_geometry
 from mobius.types import LIMBS, Pose, SensorFrame, StateEstimate
 
@@ -114,7 +114,7 @@ class Estimator:
         self._rest(frame, standing, dt)
         self._frames += 1
         if self._frames % 30 == 0:
-            belief.orthonormalise()
+            belief.clean()
         return self._belief(frame, standing)
 
     # -- the sources ---------------------------------------------------------------------
@@ -142,7 +142,7 @@ class Estimator:
         wx, wy, wz = w_B.tolist()
         spin: Vector = (complex(wx, wy), wz)
         vx, vy, vz = (belief.v @ belief.R).tolist()
-        unsure = float(np.trace(belief.P[3:6, 3:6]))
+        unsure = belief.P.item(3, 3) + belief.P.item(4, 4) + belief.P.item(5, 5)
         total, flat, up, foot_xy, foot_z = 0.0, 0j, 0.0, 0j, 0.0
         for limb, p in zip(limbs, standing, strict=True):
             if p < 0.5:
@@ -169,15 +169,16 @@ class Estimator:
     def _camera(self, pose: Pose, stamp: float, w_B: Array) -> None:
         """Follow the camera's track; put it back on ours when it was lost or has jumped."""
         c, belief = self.config, self.filter
-        R_VB = quat_to_mat(pose.q)
+        R_VB = rotation_of(pose.q)
         lost = stamp - self._camera_stamp > c.camera_gap or self._refused >= c.camera_patience
         if lost:
             yaw = None
             if self._camera_p is None:
                 forward = belief.R @ R_VB.T
-                yaw = float(np.arctan2(forward[1, 0] - forward[0, 1], forward[0, 0] + forward[1, 1]))
+                yaw = float(
+                    np.arctan2(forward[1, 0] - forward[0, 1], forward[0, 0] + forward[1, 1])
+                )
             belief.anchor_camera(
-                w_B,
                 c.camera_latency,
                 position_variance=c.camera_position**2,
                 yaw=yaw,

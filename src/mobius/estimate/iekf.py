@@ -26,6 +26,7 @@ the camera is never a jump of the belief.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,7 @@ GYRO, ACCEL, CAMERA = slice(9, 12), slice(12, 15), slice(15, 18)
 YAW = 18
 SIZE = 19
 GRAVITY = np.array([0.0, 0.0, -9.81])
+_EYE3 = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -73,17 +75,29 @@ class FilterNoise:
 
 def exp_parts(phi: Array) -> tuple[Array, Array]:
     """exp(phi) in SO(3) and its left Jacobian, both (3, 3), for phi (3,) [rad]."""
-    angle2 = float(phi @ phi)
+    x, y, z = phi.tolist()
+    angle2 = x * x + y * y + z * z
     if angle2 < 1e-4:  # series to the order of double precision at 0.01 rad
         a, b, c = 1 - angle2 / 6, 0.5 - angle2 / 24, 1 / 6 - angle2 / 120
     else:
-        angle = np.sqrt(angle2)
-        a, b = np.sin(angle) / angle, (1 - np.cos(angle)) / angle2
+        angle = sqrt(angle2)
+        a, b = sin(angle) / angle, (1 - cos(angle)) / angle2
         c = (1 - a) / angle2
-    K = skew(phi)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     K2 = K @ K
-    eye = np.eye(3)
-    return eye + a * K + b * K2, eye + b * K + c * K2
+    return _EYE3 + a * K + b * K2, _EYE3 + b * K + c * K2
+
+
+def rotation_of(q: Array) -> Array:
+    """Rotation matrix (3, 3) of one quaternion (4,) wxyz; geometry's serves batches."""
+    w, x, y, z = q.tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 class InvariantFilter:
@@ -93,10 +107,8 @@ class InvariantFilter:
         R: (3, 3) R_OB.
         v: (3,) trunk velocity in O [m/s].
         p: (3,) p_OB [m].
-        gyro_bias: (3,) [rad/s].
-        accel_bias: (3,) [m/s^2].
-        camera: (3,) where the camera believes the trunk, in O [m].
-        camera_yaw: Heading of the camera's frame in O [rad].
+        rest: (10,) gyro bias [rad/s], accelerometer bias [m/s^2], where the camera believes
+            the trunk in O [m], heading of the camera's frame in O [rad].
         P: (19, 19) covariance of (phi, rho_v, rho_p, b_g, b_a, c, psi).
     """
 
@@ -105,53 +117,74 @@ class InvariantFilter:
         n = self.noise = noise or FilterNoise()
         self.R: Array = quat_to_mat(q_OB)
         self.v, self.p = np.zeros(3), np.array(p_OB, dtype=float)
-        self.gyro_bias, self.accel_bias = np.zeros(3), np.zeros(3)
-        self.camera, self.camera_yaw = self.p.copy(), 0.0
+        self.rest = np.array([0.0] * 6 + [*self.p, 0.0])
         tilt, yaw = n.start_tilt**2, n.start_yaw**2
         blocks = (n.start_velocity, n.start_position, n.start_gyro_bias, n.start_accel_bias)
         diagonal = [tilt, tilt, yaw, *np.repeat(np.square(blocks), 3), 0.0, 0.0, 0.0, 0.0]
-        self.P = np.diag(np.array(diagonal))
-        # rho_p of a known place: p - p_hat = phi x p_hat + rho_p must stay small
+        # p - p_hat = phi x p_hat + rho_p is what start_position speaks of
         lever = np.eye(SIZE)
         lever[POS, PHI] = skew(self.p)
-        self.P = lever @ self.P @ lever.T
-        self._F = np.eye(SIZE)
-        self._walk = np.zeros(SIZE)
-        self._walk[GYRO], self._walk[ACCEL] = n.gyro_bias**2, n.accel_bias**2
+        self.P: Array = lever @ np.diag(diagonal) @ lever.T
+        self._F, self._skew, self._dt = np.eye(SIZE), np.zeros((2, 3, 3)), 0.0
+        walk = [n.gyro_bias**2] * 3 + [n.accel_bias**2] * 3
+        self._walk = np.array([0.0] * 9 + walk + [0.0] * 4)
         self._density = np.repeat(np.square([n.gyro, n.accel]), 3)
+        self._to_belief = np.zeros((12, SIZE))
+        self._to_belief[0:3, PHI] = self._to_belief[3:6, POS] = _EYE3
+        self._to_belief[6:9, GYRO] = -_EYE3
+
+    @property
+    def gyro_bias(self) -> Array:
+        """(3,) [rad/s]."""
+        return self.rest[0:3]
+
+    @property
+    def accel_bias(self) -> Array:
+        """(3,) [m/s^2]."""
+        return self.rest[3:6]
+
+    @property
+    def camera(self) -> Array:
+        """(3,) where the camera believes the trunk to be, in O [m]."""
+        return self.rest[6:9]
 
     # -- prediction ----------------------------------------------------------------------
 
     def predict(self, gyro: Array, accel: Array, dt: float) -> None:
         """Advance by ``dt`` [s] with the IMU readings (3,) that end the interval."""
-        w, a = gyro - self.gyro_bias, accel - self.accel_bias
         F, R = self._F, self.R
-        F[VEL, PHI] = skew(GRAVITY * dt)
-        F[POS, VEL] = np.eye(3) * dt
-        Rdt = R * dt
-        F[PHI, GYRO] = F[VEL, ACCEL] = -Rdt
-        both = skew(np.array([self.v, self.p])) @ Rdt
-        F[VEL, GYRO], F[POS, GYRO] = -both[0], -both[1]
-        noise = F[:9, 9:15]  # bias errors and noise enter alike
+        if dt != self._dt:
+            self._dt = dt
+            F[VEL, PHI], F[POS, VEL] = skew(GRAVITY * dt), _EYE3 * dt
+        Rdt = R * -dt
+        F[PHI, GYRO] = F[VEL, ACCEL] = Rdt
+        F[3:9, GYRO] = (self._cross_matrices() @ Rdt).reshape(6, 3)
+        noise = F[:9, 9:15]  # errors of the biases and noise enter alike
         P = F @ self.P @ F.T
         P[:9, :9] += (noise * (self._density / dt)) @ noise.T
         P.ravel()[:: SIZE + 1] += self._walk * dt
         self.P = P
-        turn, _ = exp_parts(w * dt)
-        self.R = R @ turn
-        push = self.R @ a + GRAVITY
-        self.p = self.p + self.v * dt + push * (0.5 * dt * dt)
-        self.v = self.v + push * dt
+        self.R = R @ exp_parts((gyro - self.rest[0:3]) * dt)[0]
+        push = (self.R @ (accel - self.rest[3:6]) + GRAVITY) * dt
+        self.p = self.p + (self.v + 0.5 * push) * dt
+        self.v = self.v + push
 
-    def orthonormalise(self) -> None:
-        """One Newton step that takes R back to a rotation."""
+    def _cross_matrices(self) -> Array:
+        """(2, 3, 3) cross-product matrices of v and p, in place."""
+        out = self._skew
+        for K, (x, y, z) in zip(out, (self.v.tolist(), self.p.tolist()), strict=True):
+            K[0, 1], K[0, 2], K[1, 2] = -z, y, -x
+            K[1, 0], K[2, 0], K[2, 1] = z, -y, x
+        return out
+
+    def clean(self) -> None:
+        """Take R back to a rotation and P to a symmetric matrix, against rounding."""
         self.R = 1.5 * self.R - 0.5 * self.R @ (self.R.T @ self.R)
+        self.P = 0.5 * (self.P + self.P.T)
 
     # -- correction ----------------------------------------------------------------------
 
-    def correct(
-        self, H: Array, residual: Array, N: Array, *, gate: float = np.inf
-    ) -> float:
+    def correct(self, H: Array, residual: Array, N: Array, *, gate: float = np.inf) -> float:
         """Kalman update; returns the squared Mahalanobis distance of the residual.
 
         Args:
@@ -162,12 +195,11 @@ class InvariantFilter:
         """
         PHt = self.P @ H.T
         S_inv = np.linalg.inv(H @ PHt + N)
-        distance = float(residual @ S_inv @ residual)
+        weighed = S_inv @ residual
+        distance = float(residual @ weighed)
         if distance <= gate:
-            K = PHt @ S_inv
-            P = self.P - K @ PHt.T
-            self.P = 0.5 * (P + P.T)
-            self._retract(K @ residual)
+            self.P = self.P - PHt @ S_inv @ PHt.T
+            self._retract(PHt @ weighed)
         return distance
 
     def _retract(self, error: Array) -> None:
@@ -176,14 +208,11 @@ class InvariantFilter:
         self.R = turn @ self.R
         self.v = turn @ self.v + J @ error[VEL]
         self.p = turn @ self.p + J @ error[POS]
-        self.gyro_bias = self.gyro_bias + error[GYRO]
-        self.accel_bias = self.accel_bias + error[ACCEL]
-        self.camera = self.camera + error[CAMERA]
-        self.camera_yaw += float(error[YAW])
+        self.rest = self.rest + error[9:]
 
     def correct_velocity(self, v_B: Array, variance: float) -> float:
         """The trunk moves at v_B (3,) [m/s], trunk frame; isotropic variance [m^2/s^2]."""
-        return self.correct(_H_VELOCITY, self.R @ v_B - self.v, variance * np.eye(3))
+        return self.correct(_H_VELOCITY, self.R @ v_B - self.v, variance * _EYE3)
 
     def correct_height(self, point_B: Array, variance: float) -> float:
         """The point_B (3,) [m] of the trunk frame is at height zero; variance [m^2]."""
@@ -195,55 +224,63 @@ class InvariantFilter:
 
     def correct_rest(self, gyro: Array, variance: float) -> float:
         """The trunk does not turn while the gyro says (3,) [rad/s]; variance [rad^2/s^2]."""
-        return self.correct(_H_GYRO, gyro - self.gyro_bias, variance * np.eye(3))
+        return self.correct(_H_GYRO, gyro - self.rest[0:3], variance * _EYE3)
 
     # -- camera --------------------------------------------------------------------------
 
-    def _past(self, w_B: Array, latency: float) -> tuple[Array, Array, Array]:
-        """Rotation and position ``latency`` [s] ago, and d(position)/d(error) (3, 19)."""
+    def _past(self, latency: float) -> tuple[Array, Array]:
+        """Position ``latency`` [s] ago (3,) [m], and d(position)/d(error) (3, 19)."""
         past = self.p - latency * self.v
-        back, _ = exp_parts(w_B * -latency)
         H = np.zeros((3, SIZE))
         H[:, PHI] = -skew(past)
-        H[:, VEL] = -latency * np.eye(3)
-        H[:, POS] = np.eye(3)
-        return self.R @ back, past, H
+        H[:, VEL] = -latency * _EYE3
+        H[:, POS] = _EYE3
+        return past, H
 
     def move_camera(self, step_V: Array) -> None:
         """The camera says the trunk moved by step_V (3,) [m] in its own frame V."""
-        c, s = np.cos(self.camera_yaw), np.sin(self.camera_yaw)
-        dx, dy = c * step_V[0] - s * step_V[1], s * step_V[0] + c * step_V[1]
-        self.camera = self.camera + [dx, dy, step_V[2]]
+        x, y, z = step_V.tolist()
+        yaw = self.rest[9]
+        c, s = cos(yaw), sin(yaw)
+        dx, dy = c * x - s * y, s * x + c * y
+        self.rest[6:9] += (dx, dy, z)
         F = np.eye(SIZE)
         F[15, YAW], F[16, YAW] = -dy, dx
         self.P = F @ self.P @ F.T
-        way = float(np.sqrt(step_V @ step_V))
-        walk, yaw_walk = self.noise.camera_walk**2, self.noise.camera_yaw_walk**2
-        self.P[[15, 16, 17, 18], [15, 16, 17, 18]] += [way * walk] * 3 + [way * yaw_walk]
+        way = sqrt(x * x + y * y + z * z)
+        walk = way * self.noise.camera_walk**2
+        self.P.ravel()[15 * (SIZE + 1) :: SIZE + 1] += (
+            walk,
+            walk,
+            walk,
+            way * self.noise.camera_yaw_walk**2,
+        )
 
     def anchor_camera(
-        self, w_B: Array, latency: float, *, position_variance: float, yaw: float | None = None,
-        yaw_variance: float
+        self,
+        latency: float,
+        *,
+        position_variance: float,
+        yaw_variance: float,
+        yaw: float | None = None,
     ) -> None:
         """Put the camera's track back on the trunk's.
 
         Args:
-            w_B: (3,) trunk angular velocity [rad/s].
             latency: Age of the camera's pose [s].
             position_variance: Of the pose that anchors [m^2].
+            yaw_variance: Of the heading below, or what its uncertainty grows by [rad^2].
             yaw: Heading of the camera's frame in O where it is not known yet [rad].
-            yaw_variance: Of that heading, or what its uncertainty grows by [rad^2].
         """
-        _, past, H = self._past(w_B, latency)
-        self.camera = past
+        past, H = self._past(latency)
         rows = H @ self.P
         self.P[CAMERA, :], self.P[:, CAMERA] = rows, rows.T
-        self.P[CAMERA, CAMERA] = rows @ H.T + position_variance * np.eye(3)
+        self.P[CAMERA, CAMERA] = rows @ H.T + position_variance * _EYE3
+        self.rest[6:9] = past
         if yaw is not None:
-            self.camera_yaw = yaw
+            self.rest[9] = yaw
             self.P[YAW, :] = self.P[2, :]
             self.P[:, YAW] = self.P[:, 2]
-            self.P[YAW, YAW] = self.P[2, 2]
         self.P[YAW, YAW] += yaw_variance
 
     def correct_camera(
@@ -258,36 +295,36 @@ class InvariantFilter:
             N: (6, 6) noise of rotation vector [rad] and position [m], axes of O.
             gate: Squared Mahalanobis distance beyond which the pose is not used.
         """
-        R_past, past, H_position = self._past(w_B, latency)
-        c, s = np.cos(self.camera_yaw), np.sin(self.camera_yaw)
-        E = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R_VB @ R_past.T
+        past, H_position = self._past(latency)
+        c, s = cos(self.rest[9]), sin(self.rest[9])
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         H = np.zeros((6, SIZE))
-        H[:3, PHI] = np.eye(3)
+        H[:3, PHI] = _EYE3
         H[2, YAW] = -1.0
         H[3:] = H_position
-        H[3:, CAMERA] = -np.eye(3)
+        H[3:, CAMERA] = -_EYE3
         residual = np.empty(6)
-        residual[:3] = _small_log(E)
-        residual[3:] = self.camera - past
+        # R_VB is of the past: R_now = R_VB exp(w latency)
+        residual[:3] = small_log(turn @ R_VB @ exp_parts(w_B * latency)[0] @ self.R.T)
+        residual[3:] = self.rest[6:9] - past
         return self.correct(H, residual, N, gate=gate)
 
     # -- what it believes ----------------------------------------------------------------
 
     def covariance(self) -> Array:
         """(12, 12) of rotation vector (axes of O), p_OB, w_B and v_B; gyro noise not included."""
-        M = np.zeros((12, SIZE))
-        M[0:3, PHI] = np.eye(3)
-        M[3:6, PHI], M[3:6, POS] = -skew(self.p), np.eye(3)
-        M[6:9, GYRO] = -np.eye(3)
+        M = self._to_belief
+        M[3:6, PHI] = -self._cross_matrices()[1]
         M[9:12, VEL] = self.R.T
         return M @ self.P @ M.T
 
 
-def _small_log(R: Array) -> Array:
-    """Rotation vector (3,) of a rotation below a quarter turn, to third order of the sine."""
-    sine = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    s2 = float(sine @ sine)
-    return sine * (1 + s2 / 6)
+def small_log(R: Array) -> Array:
+    """Rotation vector (3,) of a rotation well below a quarter turn: series of the arc sine."""
+    (_, b, c), (d, _, f), (g, h, _) = R.tolist()
+    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
+    s2 = x * x + y * y + z * z
+    return (1 + s2 / 6 + 0.075 * s2 * s2) * np.array([x, y, z])
 
 
 _H_VELOCITY = np.eye(SIZE)[VEL]

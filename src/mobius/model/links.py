@@ -8,6 +8,7 @@ do not.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -91,7 +92,7 @@ def _rails() -> list[Part]:
     each = dim.MASS_TRUNK["rails"] / (2 * (len(points) - 1))
     parts = []
     for y in (-dim.RAIL_Y, dim.RAIL_Y):
-        for (xa, za), (xb, zb) in zip(points[:-1], points[1:], strict=True):
+        for (xa, za), (xb, zb) in itertools.pairwise(points):
             parts.append(between((xa, y, za), (xb, y, zb), 0.009, mass=each, material="rail"))
         for x, z in (points[0], points[-1], points[3]):
             foot = 0.85 * x
@@ -108,7 +109,7 @@ def trunk_collision() -> list[Part]:
         Part("box", (0.022, 0.128, 0.016), (-dim.HIP_X, 0, 0)),
     ]
     for y in (-dim.RAIL_Y, dim.RAIL_Y):
-        for (xa, za), (xb, zb) in zip(points[:-1], points[1:], strict=True):
+        for (xa, za), (xb, zb) in itertools.pairwise(points):
             parts.append(between((xa, y, za), (xb, y, zb), 0.009, material="rail"))
     return parts
 
@@ -271,7 +272,7 @@ def _arm_end(g: LimbGeometry) -> Link:
     """Wrist pitch, roll, yaw; F/T sensor; GOAT gripper with two finger cells."""
     m = dim.MASS_ARM
     side = g.name.split("_")[0]
-    py, pz = dim.FINGER_PIVOT
+    _py, pz = dim.FINGER_PIVOT
     fingers = tuple(_finger(g, k) for k in ("a", "b"))
     palm = [
         Part("cylinder", (0.028, 0.009), (0, 0, -0.024), mass=m["ft_sensor"], material="metal"),

@@ -126,7 +126,7 @@ def holding_targets(model: mujoco.MjModel, qpos: Array) -> Array:
 
 
 def build_keyframes() -> dict[str, tuple[Array, Array]]:
-    """name -> (qpos, ctrl). ``crawl`` is the home keyframe."""
+    """Name -> (qpos, ctrl). ``crawl`` is the home keyframe."""
     spec = mujoco.MjSpec.from_string(build_robot())
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
     model = spec.compile()

@@ -90,8 +90,7 @@ class PathFollower:
         """The twist to send now; ``dt`` [s] since the last call."""
         cfg, p = self.config, belief.p_OB[:2]
         mode = self.mode()
-        body = "biped" if mode is Mode.BIPED else "crawl"
-        yaw = float(heading_yaw(body, belief.q_OB))
+        yaw = float(heading_yaw("biped" if mode is Mode.BIPED else "crawl", belief.q_OB))
         self._progress = max(self._progress, self._project(p))
         goal = float(np.linalg.norm(self._xy[-1] - p))
         near_end = self._s[-1] - self._progress < cfg.lookahead

@@ -1,1 +1,1 @@
-"""TODO."""
+"""The paper's tables and figures, computed: ours beside the printed value."""

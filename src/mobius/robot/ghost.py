@@ -70,8 +70,8 @@ class GhostRobot:
             dq=self.dq,
             torque=np.zeros(NUM_JOINTS),
             wrench_S=np.zeros((2, 6)),
-            gyro_I=[0.0, 0.0, self._twist[2]],
-            accel_I=[0.0, 0.0, 9.81],
+            gyro_I=np.array([0.0, 0.0, self._twist[2]]),
+            accel_I=np.array([0.0, 0.0, 9.81]),
             vio=vio,
         )
 
@@ -100,7 +100,7 @@ class GhostRobot:
             stamp=self.tick * TICK,
             p_OB=pose.p,
             q_OB=pose.q,
-            v_B=[self._twist[0], self._twist[1], 0.0],
-            w_B=[0.0, 0.0, self._twist[2]],
+            v_B=np.array([self._twist[0], self._twist[1], 0.0]),
+            w_B=np.array([0.0, 0.0, self._twist[2]]),
             contact=np.ones(len(LIMBS)),
         )

@@ -65,8 +65,9 @@ class SimRobot:
     def _start(self, keyframe: str, xy: Array, yaw: float) -> None:
         q, ctrl = model_robot.keyframe_joints(keyframe)
         base = model_robot.keyframe(keyframe)[0][:7]
-        heading = "crawl" if keyframe in ("crawl", "home", "prone") else "biped"
-        turn = rpy_to_quat(0.0, 0.0, yaw - float(heading_yaw(heading, base[3:])))
+        lying = keyframe in ("crawl", "home", "prone", "supine")
+        heading = float(heading_yaw("crawl" if lying else "biped", base[3:]))
+        turn = rpy_to_quat(0.0, 0.0, yaw - heading)
         self.data.qpos[:] = model_robot.configuration(
             self.model, q, p=(*xy, base[2] + 0.001), quat=quat_mul(turn, base[3:])
         )

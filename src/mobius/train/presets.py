@@ -110,7 +110,7 @@ class Preset:
     desired_kl: float = 0.02
     gamma: float = 0.98
     lam: float = 0.95
-    entropy: float = 0.005
+    entropy: float = 0.003
     init_std: float = 0.6
     actor: tuple[int, ...] = (128, 128, 128)
     critic: tuple[int, ...] = (128, 128, 128)

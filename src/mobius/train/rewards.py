@@ -219,7 +219,7 @@ WEIGHTS: dict[str, float] = {
     "tracking_yaw": 0.75,
     "vertical_velocity": -1.0,
     "tilt_rate": -0.05,
-    "power": -0.004,
+    "power": -0.006,
     "action_rate": -0.006,
     "stand_still": -0.15,
     "air_time": 0.0,

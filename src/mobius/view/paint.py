@@ -1,5 +1,6 @@
 """What is painted on the floor of the video: the plan in the colours of its modes, and
-the way the robot has gone so far."""
+the way the robot has gone so far.
+"""
 
 from __future__ import annotations
 

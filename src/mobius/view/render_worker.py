@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 __all__ = ["Painter"]
 
 _LIGHT_DISTANCE = 4.0
-_SHADOW_REACH = 3.0
+_SHADOW_REACH = 4.0
 """Shadows are cast this far around the robot [m]."""
 _SLICES, _STACKS = 12, 6
 
@@ -145,9 +145,7 @@ def _work(folder: Path, index: int, count: int) -> None:
     model = mujoco.MjModel.from_binary_path(str(folder / "model.mjb"))
     qpos, camera, boxes, shown = job["qpos"], job["camera"], job["boxes"], job["shown"]
     width, height, samples, shadow = (int(v) for v in job["picture"])
-    painter = Painter(
-        model, (width, height), samples=samples, shadow=shadow, max_geoms=len(boxes)
-    )
+    painter = Painter(model, (width, height), samples=samples, shadow=shadow, max_geoms=len(boxes))
     # Not sys.stdout.buffer: under PYTHONUNBUFFERED it has no buffer, and a pipe takes less
     # than a picture at a time.
     with open(sys.stdout.fileno(), "wb", closefd=False) as pipe:

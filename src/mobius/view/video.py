@@ -260,9 +260,7 @@ def _draw(
 
 
 @contextlib.contextmanager
-def _encoder(
-    path: Path, size: tuple[int, int], fps: float
-) -> Iterator[Callable[[bytes], None]]:
+def _encoder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Callable[[bytes], None]]:
     """A function that takes the next frame; the file is finished when the block ends."""
     writer = imageio_ffmpeg.write_frames(
         str(path),

@@ -15,6 +15,16 @@ Hence the promise that the planner, which knows only blocked cells, relies on: *
 straight move through free cells sweeps the disc through free space*, and turning on the
 spot is free everywhere. Distances are exact, see ``clearance.py``.
 
+A robot that walks straight needs less than one that turns. With ``lane`` (half its width
+plus what it strays) below ``need``, lines must keep only ``lane`` clear, and
+
+3. a cell between ``lane`` and ``need`` stays free if it can only be passed straight: its
+   free neighbours are exactly the two left and right of it, or the two before and behind.
+   Cells that fail are blocked, least clearance first, until none is left.
+
+So every turn of a path happens at ``need``; a doorway narrower than the turning robot is
+still a way through.
+
 Where the grid lies is ours to choose. A gap of width g admits a lane of centres
 ``g - 2 need`` wide; a fixed grid misses it whenever no row of centres falls in. So the
 lower-left corner is tried at every offset below one cell, in steps of about a tenth
@@ -59,17 +69,28 @@ class Disc:
     """Of the disc that holds the robot in every heading [m]."""
     margin: float = 0.1
     """How far its centre may stray from the line it follows [m]."""
+    lane: float | None = None
+    """Least distance to obstacles where it can only walk straight [m]; None: ``need``."""
 
     def __post_init__(self) -> None:
-        for name in ("radius", "margin"):
+        for name in ("radius", "margin", "lane"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
+            if value is not None and not (np.isfinite(value) and value >= 0):
                 raise InvalidInput(f"Disc.{name}: expected metres >= 0, got {value}")
+        if self.lane is not None and self.lane > self.need:
+            raise InvalidInput(
+                f"Disc.lane: expected at most radius + margin = {self.need:.3f} m, got {self.lane}"
+            )
 
     @property
     def need(self) -> float:
-        """Least distance of a cell's centre to an obstacle [m]."""
+        """Least distance of a cell's centre to an obstacle [m] where it may turn."""
         return self.radius + self.margin
+
+    @property
+    def straight(self) -> float:
+        """Least distance of a line between cells to an obstacle [m]."""
+        return self.need if self.lane is None else self.lane
 
 
 def build_grid(
@@ -178,10 +199,12 @@ class _Fit:
         """Blocked (nx, ny) and clearance of centres (nx, ny) [m]."""
         x, y = self.centers(offset)
         value = self.clearance.sample_grid(self.clearance.values, x, y)
-        blocked = ~self._enough(value)
+        blocked = ~_enough(value, self.disc.straight)
         along_x, along_y = (self.clearance.sample_grid(t, x, y) for t in self.ahead)
-        bad_x, bad_y = ~self._enough(along_x[:-1]), ~self._enough(along_y[:, :-1])
+        bad_x = ~_enough(along_x[:-1], self.disc.straight)
+        bad_y = ~_enough(along_y[:, :-1], self.disc.straight)
         _cut(blocked, bad_x, bad_y, value)
+        _keep_lanes(blocked, ~_enough(value, self.disc.need), value)
         return blocked, value
 
     def score(self, offset: Offset, start: Array | None, goal: Array | None) -> tuple[int, ...]:
@@ -205,9 +228,6 @@ class _Fit:
             int(size),
         )
 
-    def _enough(self, value: Array) -> Mask:
-        return (value >= self.disc.need - _EPS) & (value > 0)
-
     def _home(self, point: Array, offset: Offset, part: NDArray[np.int64]) -> tuple[int, float]:
         """Connected part a point's cell belongs to (0: none), and how far its centre is [m]."""
         i, j = np.floor((point - self.corner(offset)) / self.cell).astype(int)
@@ -218,6 +238,33 @@ class _Fit:
         # sampled lines are pessimistic by up to about one lattice step
         clear = self.clearance.along(point, centre) >= self.disc.radius - self.clearance.step
         return (int(part[i, j]) if clear else 0), distance
+
+
+def _enough(value: Array, need: float) -> Mask:
+    return (value >= need - _EPS) & (value > 0)
+
+
+def _keep_lanes(blocked: Mask, narrow: Mask, value: Array) -> None:
+    """Block narrow cells (in place) until those left can only be passed straight.
+
+    Of neighbours that fail, the one with less clearance goes first (then the smaller index).
+    """
+    if not (narrow & ~blocked).any():
+        return
+    rank = np.empty(value.shape)
+    rank.flat[np.argsort(value, axis=None, kind="stable")] = np.arange(value.size)
+    plus = ndimage.generate_binary_structure(2, 1)
+    while True:
+        free = np.pad(~blocked, 1)
+        along_x = free[:-2, 1:-1].astype(int) + free[2:, 1:-1]
+        along_y = free[1:-1, :-2].astype(int) + free[1:-1, 2:]
+        straight = (along_x - along_y == 2) | (along_y - along_x == 2)
+        fails = narrow & ~blocked & ~straight
+        if not fails.any():
+            return
+        order = np.where(fails, rank, np.inf)
+        first = ndimage.minimum_filter(order, footprint=plus, mode="constant", cval=np.inf)
+        blocked |= fails & (order == first)
 
 
 def _cut(blocked: Mask, bad_x: Mask, bad_y: Mask, value: Array) -> None:

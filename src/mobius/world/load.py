@@ -64,6 +64,7 @@ def load_world(
     *,
     radius: float,
     margin: float = 0.1,
+    lane: float | None = None,
     cell: float | None = None,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
@@ -76,6 +77,8 @@ def load_world(
         source: A Nav2 ``.yaml``, a MovingAI ``.map``, or the name of a shipped map.
         radius: Of the disc that holds the robot in every heading [m].
         margin: How far the robot's centre may stray from its planned line [m].
+        lane: Least distance to obstacles where the robot can only walk straight [m]; None
+            asks for ``radius + margin`` everywhere. See ``grid.py``.
         cell: Edge of a cell [m]; None takes the map's own, else 0.5.
         start: (2,) [m] in M; None takes the map's own, if it has one.
         goal: (2,) [m] in M; None takes the map's own, if it has one.
@@ -88,7 +91,7 @@ def load_world(
         UnknownName: The source is neither a file nor a shipped map.
     """
     raster, notes = _read(source, cell)
-    disc = Disc(radius, margin)
+    disc = Disc(radius, margin, lane)
     start = notes.start if start is None else start
     goal = notes.goal if goal is None else goal
     clearance = Clearance(

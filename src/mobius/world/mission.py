@@ -80,8 +80,8 @@ def check_route(start_M: ArrayLike, goal_M: ArrayLike, grid: GridMap, *, disc: D
     raise MapError(
         f"{grid.name}: goal {_metres(goal_xy)} cannot be reached from start"
         f" {_metres(np.asarray(start_M, dtype=float))} by a robot of radius {disc.radius:.2f} m"
-        f" (+{disc.margin:.2f} m to spare) on {grid.cell:.2f} m cells; the nearest cell it can"
-        f" reach is at {_metres(near)}, or try a smaller cell"
+        f" (+{disc.margin:.2f} m to spare{_lane(disc)}) on {grid.cell:.2f} m cells; the nearest"
+        f" cell it can reach is at {_metres(near)}, or try a smaller cell"
     )
 
 
@@ -94,6 +94,10 @@ def nearest_free(grid: GridMap, xy_M: ArrayLike) -> Array | None:
     return np.asarray(
         centers[np.linalg.norm(centers - np.asarray(xy_M, dtype=float), axis=-1).argmin()]
     )
+
+
+def _lane(disc: Disc) -> str:
+    return "" if disc.lane is None else f", {disc.lane:.2f} m in straight lanes"
 
 
 def _metres(xy: ArrayLike) -> str:

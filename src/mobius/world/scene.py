@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from mobius.errors import InvalidInput
 from mobius.world.cover import Mask, cover, worth_building
+from mobius.world.grid import components
 from mobius.world.load import World
 from mobius.world.shapes import RaisedObject, Rectangle, RoughPatch
 from mobius.world.terrain import bumps
@@ -87,10 +88,8 @@ def wall_boxes(world: World, *, options: SceneOptions | None = None) -> list[tup
     options = options or SceneOptions()
     raster, grid = world.occupancy, world.grid
     inside = np.zeros(raster.shape, dtype=bool)
-    free = np.argwhere(~grid.blocked)
-    if free.size:
-        rows, cols = raster.pixel_of(grid.center_of(free)).T
-        inside[rows, cols] = True
+    rows, cols = raster.pixel_of(grid.center_of(_home_cells(world))).T
+    inside[rows, cols] = True
     px = raster.resolution
     must, may = worth_building(
         raster.occupied,
@@ -105,6 +104,17 @@ def wall_boxes(world: World, *, options: SceneOptions | None = None) -> list[tup
         (_rectangle(world, box), "world_wall" if _any(outer, box) else "world_block")
         for box in boxes.tolist()
     ]
+
+
+def _home_cells(world: World) -> NDArray[np.int64]:
+    """(n, 2) free cells connected to the start; without one, the largest connected part."""
+    grid = world.grid
+    part = components(grid.blocked)
+    if grid.start is not None:
+        home = part[tuple(grid.cell_of(grid.start))]
+    else:
+        home = np.argmax(np.bincount(part.ravel(), minlength=2)[1:]) + 1
+    return np.argwhere((part == home) & (part > 0))
 
 
 def _bounds_the_floor(occupied: Mask, inside: Mask) -> Mask:
@@ -240,6 +250,7 @@ def _light(spec: mujoco.MjSpec, world: World) -> None:
     visual.rgba.haze = [0.72, 0.78, 0.85, 1.0]
     visual.quality.shadowsize = 4096
     visual.quality.offsamples = 4
+    visual.map.shadowclip = 2  # narrower, the sun's frustum ends in a visible moire
     visual.map.znear = 0.02 / extent
     visual.map.zfar = max(20.0, 60.0 / extent)
     visual.global_.offwidth = max(visual.global_.offwidth, 1920)

@@ -1,0 +1,52 @@
+"""All devices of one run: perfect frames in, realistic frames out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mobius.errors import InvalidInput
+from mobius.sense.noise import CurrentNoise, EncoderNoise, ImuNoise, WrenchNoise
+from mobius.sense.vio import VioModel, VioParameters
+from mobius.types import SensorFrame
+
+FRAME_PERIOD = 1 / 300
+"""Time that the first frame is taken to stand for [s]."""
+
+
+class Senses:
+    """One robot's devices. Two with one seed, fed alike, say the same to the last bit.
+
+    ``randomised`` draws the camera's latency, drift and drop-outs per run; without it the
+    camera is the nominal one. The noise is there in both cases.
+    """
+
+    def __init__(self, seed: int, randomised: bool = True) -> None:
+        imu, encoder, current, wrench, camera = np.random.default_rng(seed).spawn(5)
+        self.imu = ImuNoise(imu)
+        self.encoder = EncoderNoise(encoder)
+        self.current = CurrentNoise(current)
+        self.wrench = WrenchNoise(wrench)
+        self.vio = VioModel.randomised(camera) if randomised else VioModel(VioParameters(), camera)
+        self._stamp: float | None = None
+
+    def corrupt(self, frame: SensorFrame) -> SensorFrame:
+        """The frame as real devices would give it. Frames come in the order of their stamps."""
+        dt = FRAME_PERIOD if self._stamp is None else frame.stamp - self._stamp
+        if dt < 0.0:
+            raise InvalidInput(
+                f"Senses.corrupt: expected a stamp after {self._stamp:.4f} s, got"
+                f" {frame.stamp:.4f} s; make new Senses(seed) for a new run"
+            )
+        self._stamp = frame.stamp
+        q, dq = self.encoder.corrupt(frame.q, frame.dq)
+        gyro, accel = self.imu.corrupt(frame.gyro_I, frame.accel_I, dt)
+        return SensorFrame(
+            stamp=frame.stamp,
+            q=q,
+            dq=dq,
+            torque=self.current.corrupt(frame.torque),
+            wrench_S=self.wrench.corrupt(frame.wrench_S, dt),
+            gyro_I=gyro,
+            accel_I=accel,
+            vio=None if frame.vio is None else self.vio.corrupt(frame.vio, frame.stamp),
+        )

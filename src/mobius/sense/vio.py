@@ -1,0 +1,172 @@
+"""A T265-like camera that says where the trunk is, 200 times a second, and drifts.
+
+It dead-reckons in a frame V of its own that starts on O: each true step is scaled, turned
+by a heading error that grows, and joined by a random walk, all in proportion to the way
+travelled, so that a robot at rest does not drift away. What it says is late, its attitude
+carries a slow noise, sometimes it says nothing for a while, and it comes back elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import cos, exp, sin, sqrt
+from typing import Self
+
+import numpy as np
+
+from mobius.types import Pose
+
+Quaternion = tuple[float, float, float, float]
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class VioParameters:
+    """One camera."""
+
+    latency: float = 0.0075
+    """Age of a pose when it arrives [s]."""
+    drift: float = 0.01
+    """Random walk of the position per axis: spread after one metre [m]; grows as its root."""
+    scale: float = 0.0
+    """Steps are reported longer by this, relative."""
+    yaw_drift: float = 0.0017
+    """Random walk of the heading: spread after one metre [rad]; grows as its root."""
+    yaw_rate: float = 0.0
+    """Heading error gained per second [rad/s]."""
+    position: float = 0.001
+    """White noise of the position per axis [m]."""
+    orientation: float = float(np.radians(0.5))
+    """Slow noise of the attitude per axis, rms [rad]."""
+    orientation_time: float = 0.5
+    """Correlation time of that noise [s]."""
+    dropout_rate: float = 0.1
+    """Drop-outs per second of tracking [1/s]."""
+    dropout_time: tuple[float, float] = (0.1, 0.5)
+    """Shortest and longest drop-out [s]."""
+    jump: float = 0.02
+    """Spread of the jump after a drop-out per axis [m]."""
+    yaw_jump: float = 0.005
+    """And of the heading [rad]."""
+
+
+class VioModel:
+    """Turns true trunk poses into what the camera says."""
+
+    def __init__(self, parameters: VioParameters, rng: np.random.Generator) -> None:
+        self.parameters, self._rng = parameters, rng
+        self.blind = False
+        """Nothing to be seen, as while rolling; the camera comes back with a jump."""
+        self.yaw_error = 0.0
+        """Heading of V's axes in O, as it has drifted [rad]."""
+        self._true: Point | None = None
+        self._place: Point = (0.0, 0.0, 0.0)
+        self._turn: Point = (0.0, 0.0, 0.0)
+        self._stamp, self._silent_until, self._lost = 0.0, -np.inf, False
+        self._track: deque[tuple[float, Point, Quaternion]] = deque(maxlen=8)
+
+    @classmethod
+    def randomised(cls, rng: np.random.Generator) -> Self:
+        """A camera as it might come: latency 5-10 ms, its own scale and heading drift."""
+        parameters = VioParameters(
+            latency=float(rng.uniform(0.005, 0.010)),
+            drift=float(rng.uniform(0.007, 0.013)),
+            scale=float(rng.normal(0.0, 0.004)),
+            yaw_drift=float(rng.uniform(0.001, 0.0025)),
+            yaw_rate=float(rng.normal(0.0, 1e-4)),
+            dropout_rate=float(rng.uniform(0.05, 0.15)),
+        )
+        return cls(parameters, rng)
+
+    def corrupt(self, pose: Pose, stamp: float) -> Pose | None:
+        """What the camera says at ``stamp`` [s] while the trunk is at ``pose``, if anything."""
+        c, q = self.parameters, pose.q.tolist()
+        draw = self._rng.standard_normal(10).tolist()
+        if self._true is None:
+            self._true = self._place = tuple(pose.p.tolist())
+            self._turn = tuple(c.orientation * x for x in draw[7:10])  # type: ignore[assignment]
+            self._stamp = stamp
+        self._advance(tuple(pose.p.tolist()), stamp, draw)
+        half = 0.5 * self.yaw_error
+        yawed = _product((cos(half), 0.0, 0.0, sin(half)), q)
+        if self._is_silent(stamp):
+            self._lost = True
+            self._track.clear()
+            return None
+        if self._lost:
+            self._jump()
+            self._lost = False
+        self._track.append((stamp, self._place, yawed))
+        p, late = self._at(stamp - c.latency)
+        x, y, z = (0.5 * a for a in self._turn)
+        said = _product(late, (1.0, x, y, z))
+        norm = 1.0 / sqrt(sum(a * a for a in said))
+        return Pose(
+            p=[a + c.position * n for a, n in zip(p, draw[4:7], strict=True)],  # type: ignore[arg-type]
+            q=[norm * a for a in said],  # type: ignore[arg-type]
+        )
+
+    def _advance(self, true: Point, stamp: float, draw: list[float]) -> None:
+        """One step of the camera's dead reckoning and of its attitude noise."""
+        c, last = self.parameters, self._true
+        assert last is not None
+        dt = stamp - self._stamp
+        dx, dy, dz = (a - b for a, b in zip(true, last, strict=True))
+        way = sqrt(sqrt(dx * dx + dy * dy + dz * dz))  # the root of the way
+        self.yaw_error += c.yaw_rate * dt + c.yaw_drift * way * draw[3]
+        cy, sy, k, walk = cos(self.yaw_error), sin(self.yaw_error), 1.0 + c.scale, c.drift * way
+        x, y, z = self._place
+        self._place = (
+            x + k * (cy * dx - sy * dy) + walk * draw[0],
+            y + k * (sy * dx + cy * dy) + walk * draw[1],
+            z + k * dz + walk * draw[2],
+        )
+        keep = exp(-dt / c.orientation_time)
+        fresh = c.orientation * sqrt(1.0 - keep * keep)
+        a, b, d = self._turn
+        self._turn = (
+            keep * a + fresh * draw[7],
+            keep * b + fresh * draw[8],
+            keep * d + fresh * draw[9],
+        )
+        self._true, self._stamp = true, stamp
+        if self._rng.random() < c.dropout_rate * dt and stamp >= self._silent_until:
+            self._silent_until = stamp + self._rng.uniform(*c.dropout_time)
+
+    def _is_silent(self, stamp: float) -> bool:
+        return self.blind or stamp < self._silent_until
+
+    def _jump(self) -> None:
+        c = self.parameters
+        dx, dy, dz, turn = self._rng.standard_normal(4).tolist()
+        x, y, z = self._place
+        self._place = (x + c.jump * dx, y + c.jump * dy, z + c.jump * dz)
+        self.yaw_error += c.yaw_jump * turn
+
+    def _at(self, stamp: float) -> tuple[Point, Quaternion]:
+        """The track at a time past, linear between its points; its oldest point before that."""
+        after = self._track[-1]
+        for before in reversed(self._track):
+            if before[0] <= stamp:
+                span = after[0] - before[0]
+                if span <= 0.0:
+                    return before[1:]
+                k = (stamp - before[0]) / span
+                p = tuple(a + k * (b - a) for a, b in zip(before[1], after[1], strict=True))
+                q = tuple(a + k * (b - a) for a, b in zip(before[2], after[2], strict=True))
+                return p, q  # type: ignore[return-value]
+            after = before
+        return after[1:]
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Hamilton product of two wxyz quaternions, in floats."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )

@@ -1,0 +1,84 @@
+"""The command line: one line for a mistake, an exit code, nothing left behind."""
+
+import json
+
+import pytest
+
+from mobius.cli import VERBS, main
+
+
+def run(capsys, *argv: str) -> tuple[int, str, str]:
+    try:
+        code = main(list(argv))
+    except SystemExit as stop:  # the parser's own errors
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_plan_prints_one_json_object(capsys):
+    code, out, _ = run(capsys, "plan", "demo", "--modes", "crawl", "--json")
+    assert code == 0
+    plan = json.loads(out)
+    assert set(plan) == {"status", "objective", "bound", "gap", "solve_ms", "steps"}
+    assert plan["status"] == "optimal" and plan["gap"] == pytest.approx(0.0)
+    assert set(plan["steps"][0]) == {"t", "x", "y", "mode"}
+    assert [s["t"] for s in plan["steps"]] == list(range(len(plan["steps"])))
+
+
+def test_plan_with_a_horizon(capsys):
+    code, out, _ = run(capsys, "plan", "demo", "--horizon", "20", "--json")
+    assert code == 0
+    plan = json.loads(out)
+    assert len(plan["steps"]) == 21
+    assert plan["bound"] >= plan["objective"]
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (("plan", "dmeo"), "Did you mean 'demo'"),
+        (("plan", "nowhere/map.yaml"), "nowhere/map.yaml"),
+        (("plan", "demo", "--modes", "crwl"), "crawl"),
+        (("plan", "demo", "--horizon", "-1"), "--horizon"),
+        (("plan", "demo", "--start", "0.05", "0.05"), "start"),
+        (("run", "demo", "--modes", "biped"), "cannot be driven yet"),
+        (("run", "demo", "--modes", "craw"), "Did you mean 'crawl'"),
+        (("run", "demo", "--seed", "-3"), "--seed"),
+        (("eval", "crwl"), "Did you mean 'crawl'"),
+        (("eval", "crawl", "trackng"), "Did you mean 'tracking'"),
+        (("eval", "crawl", "--seeds", "0"), "--seeds"),
+        (("train", "crwl"), "Did you mean 'crawl'"),
+        (("train", "crawl", "--preset", "fats"), "Did you mean 'fast'"),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_code_two(capsys, tmp_path, monkeypatch, argv, says):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *argv)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("mobius: ") and err.count("\n") == 1
+    assert says in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_folder_is_not_overwritten(capsys, tmp_path):
+    (tmp_path / "precious").write_text("data")
+    code, _, err = run(capsys, "run", "demo", "--out", str(tmp_path))
+    assert code == 2 and "not empty" in err
+    assert (tmp_path / "precious").read_text() == "data"
+
+
+def test_unknown_verb_and_option_stop_with_a_hint(capsys):
+    code, _, err = run(capsys, "pln", "demo")
+    assert code == 2 and "Did you mean 'plan'" in err
+    code, _, err = run(capsys, "plan", "demo", "--horizn", "3")
+    assert code == 2 and "--horizon" in err
+
+
+@pytest.mark.parametrize("verb", sorted(VERBS))
+def test_help_explains_every_option(capsys, verb):
+    code, out, _ = run(capsys, verb, "--help")
+    assert code == 0
+    text = VERBS[verb].__doc__
+    assert text and text.split(".")[0].split()[0] in out
