@@ -24,10 +24,13 @@ from mobius.world import World, load_world
 Array = NDArray[np.float64]
 
 FOOTPRINT_RADIUS = 0.37
-"""Disc around the trunk that holds the crawling robot in every heading [m]: the fingertips
-of the stance are 0.37 m from the trunk's axis."""
+"""Disc around the trunk that holds the crawling stance in every heading [m]: its fingertips
+are 0.37 m from the trunk's axis."""
 FOOTPRINT_MARGIN = 0.08
 """How far the robot's centre may stray from its planned line [m]."""
+LANE = 0.34
+"""Least distance to obstacles where it only goes straight [m]: half the stance's width of
+0.62 m and 3 cm."""
 CLEARANCE_WANTED = 0.9
 """Cells closer than this to an obstacle [m] are dearer."""
 ARRIVE_WITHIN = 0.35
@@ -73,7 +76,12 @@ def open_world(
 ) -> World:
     """Load a map for the crawling robot; start and goal must be known and reachable."""
     world = load_world(
-        source, radius=FOOTPRINT_RADIUS, margin=FOOTPRINT_MARGIN, start=start, goal=goal
+        source,
+        radius=FOOTPRINT_RADIUS,
+        margin=FOOTPRINT_MARGIN,
+        lane=LANE,
+        start=start,
+        goal=goal,
     )
     for what in ("start", "goal"):
         if getattr(world.grid, what) is None:
@@ -112,13 +120,30 @@ def path_heading(plan: Plan) -> float:
 
 
 def with_ends(plan: Plan, grid: GridMap) -> Plan:
-    """The plan with its first and last point moved to the exact start and goal [m]."""
-    xy = np.array(plan.xy_M)
-    if grid.start is not None:
-        xy[0] = grid.start
-    if grid.goal is not None:
-        xy[-1] = grid.goal
-    return Plan(plan.cells, plan.modes, xy, plan.status, plan.objective, plan.bound, plan.solve_s)
+    """The plan from the exact start over the cells' centres to the exact goal [m]."""
+    if grid.start is None or grid.goal is None:
+        return plan
+    last = plan.modes[-1] if plan.modes else MODES_SO_FAR[0]
+    first = plan.modes[0] if plan.modes else MODES_SO_FAR[0]
+    return Plan(
+        cells=np.concatenate([plan.cells[:1], plan.cells, plan.cells[-1:]]),
+        modes=(first, *plan.modes, last),
+        xy_M=np.concatenate([grid.start[None], plan.xy_M, grid.goal[None]]),
+        status=plan.status,
+        objective=plan.objective,
+        bound=plan.bound,
+        solve_s=plan.solve_s,
+    )
+
+
+def room_of(world: World) -> Callable[[Array], float]:
+    """Distance [m] from a point (2,) of M to obstacles, that of its cell's centre."""
+
+    def room(p: Array) -> float:
+        i, j = world.grid.cell_of(p)
+        return float(world.clearance[i, j]) if world.grid.holds((i, j)) else 0.0
+
+    return room
 
 
 def drive(
@@ -145,10 +170,12 @@ def drive(
     model = build_scene(world, load_spec("full")).compile()
     model.opt.timestep = TICK
     x, y = (float(v) for v in path.xy_M[0])
-    start = Start((x, y), path_heading(path), seed, randomised)
+    start = Start((x, y), path_heading(plan), seed, randomised)
     stack, robot = build_sim_stack(model, start, policy=policy)
     judge = Judge(robot)
-    follower = PathFollower(path, config)
+    follower = PathFollower(
+        path, config, room=room_of(world), grid_yaw=float(world.grid.origin_M[2])
+    )
     limit = 20.0 + 4.0 * follower.length / follower.config.speed
     stop_at = np.inf
 

@@ -87,6 +87,23 @@ def test_a_plan_that_stays_arrives_at_once():
     assert follower.arrived
 
 
+def test_without_room_it_goes_sideways_and_does_not_turn():
+    """In a lane of 0.35 m it keeps its sides to the grid; heading 0 all along the L."""
+    follower = PathFollower(L_SHAPE, room=lambda p: 0.35)
+    p, yaw, yaws = np.array([0.0, 0.0]), 0.1, []
+    for k in range(60 * 60):
+        twist = follower.command(belief(p, yaw, k / 60), 1 / 60).twist_H
+        c, s = np.cos(yaw), np.sin(yaw)
+        p = p + np.array([[c, -s], [s, c]]) @ twist[:2] / 60
+        yaw += twist[2] / 60
+        yaws.append(yaw)
+        if follower.arrived:
+            break
+    assert follower.arrived
+    assert np.abs(yaws[120:]).max() < 0.02
+    assert np.linalg.norm(p - [2, 2]) < 0.1
+
+
 def test_modes_follow_the_plan():
     xy = np.array([[0, 0], [1, 0], [2, 0]], dtype=float)
     plan = Plan(np.array([[0, 0], [1, 0], [2, 0]]), ("crawl", "biped"), xy, "optimal", 0, 0, 0.0)

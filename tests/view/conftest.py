@@ -1,3 +1,5 @@
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ from mobius.stack import RunRecord
 from mobius.types import GridMap, Mode, Plan
 
 
-def make_record(seconds=20.0, *, seed=0):
+def _record(seconds=20.0, *, seed=0):
     """A made-up crawl: 0.3 m/s along x, then a left turn into y; trotting; drifting belief."""
     rng = np.random.default_rng(seed)
     n = int(seconds * 60)
@@ -80,6 +82,29 @@ def make_record(seconds=20.0, *, seed=0):
     )
 
 
+@pytest.fixture(scope="session")
+def make_record():
+    """Makes a synthetic run of so many seconds."""
+    return _record
+
+
+@dataclass
+class Raster:
+    occupied: np.ndarray
+    resolution: float
+    origin_M: np.ndarray
+
+
+@pytest.fixture(scope="session")
+def make_occupancy():
+    """Makes what stands there, as the world would say it."""
+
+    def make(occupied, resolution=0.1, origin=(0.0, 0.0, 0.0)):
+        return Raster(occupied, resolution, np.array(origin))
+
+    return make
+
+
 @pytest.fixture
 def record():
-    return make_record()
+    return _record()

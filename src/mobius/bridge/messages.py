@@ -51,16 +51,15 @@ def _row(name: str, kind: str, noun: str, rate: int, to: _Codec, from_: _Codec) 
 _JOINTS = "sensor_msgs/JointState"
 _WRENCH = "geometry_msgs/WrenchStamped"
 
-# The VIO camera speaks at 200 Hz, every third tick; 50 Hz is every twelfth, so that a
-# recorded tick is always one at which it spoke (30 Hz would hit it every third time). All
-# recorded ticks are even: calling the recorder at 300 Hz misses nothing.
+# All recorded ticks are multiples of ten: calling the recorder at 60 Hz misses nothing. The
+# VIO camera speaks at every third tick only, so it is recorded at every thirtieth.
 _ROWS = (
     _row("/clock", "rosgraph_msgs/Clock", "clock", 10, out.clock, back.clock),
     _row("/joint_states", _JOINTS, "frame", 60, out.joints, back.joints),
     _row("/imu/data", "sensor_msgs/Imu", "frame", 30, out.imu, back.imu),
     _row("/left_gripper/wrench", _WRENCH, "frame", 30, out.left_wrench, back.wrench),
     _row("/right_gripper/wrench", _WRENCH, "frame", 30, out.right_wrench, back.wrench),
-    _row("/mobius/vio", "geometry_msgs/PoseStamped", "frame", 50, out.vio, back.vio),
+    _row("/mobius/vio", "geometry_msgs/PoseStamped", "frame", 20, out.vio, back.vio),
     _row("/odom", "nav_msgs/Odometry", "belief", 60, out.odometry, back.odometry),
     _row("/tf", "tf2_msgs/TFMessage", "belief", 30, out.tf, back.transform),
     _row("/cmd_vel", "geometry_msgs/TwistStamped", "command", 30, out.cmd_vel, back.cmd_vel),

@@ -42,7 +42,8 @@ class McapRecorder:
     """Collects the messages of one run in memory and saves them as ``run.mcap``.
 
     Call :meth:`once` with what does not change, :meth:`step` at every tick of the base
-    clock, :meth:`save` at the end. About 0.3 MB of memory per simulated second.
+    clock or at every tenth, :meth:`save` at the end. About 0.2 MB of memory per simulated
+    second.
 
     Args:
         topics: Which topics of the table to record; all of them by default.

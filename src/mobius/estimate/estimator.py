@@ -59,10 +59,14 @@ class EstimatorConfig:
     """Squared Mahalanobis distance (6 numbers) beyond which a pose is not used."""
     camera_patience: int = 6
     """Poses in a row beyond the gate after which the camera has jumped."""
-    ground: float | None = 0.10
+    ground: float | None = 0.2
     """Standing limbs are at height zero, noise of one frame [m]; None off flat floors."""
     rest_rate: float = 0.03
     """Joint rates below this, all limbs standing, mean that the robot rests [rad/s]."""
+    rest_gyro: float = 0.01
+    """How still it rests: noise of one reading of the gyroscope [rad/s]."""
+    every: int = 2
+    """Frames per correction: 150 Hz. The IMU is integrated, and the belief said, every frame."""
 
 
 class Estimator:
@@ -86,9 +90,12 @@ class Estimator:
         c = self.config
         self._filter = InvariantFilter(pose.p, pose.q, c.noise)
         self._contact = ContactDetector(c.contact)
-        self._stamp, self._frames, self._resting = float(stamp), 0, 0.0
+        self._stamp, self._frames = float(stamp), 0
+        self._since, self._resting = 0.0, 0.0
+        self._standing = [0.0] * len(LIMBS)
+        self._pose: tuple[float, Pose] | None = None
         self._camera_p: Array | None = None
-        self._camera_stamp, self._refused = -np.inf, 0
+        self._camera_stamp, self._refused = float(stamp), 0
         N = np.array([c.camera_tilt, c.camera_tilt, c.camera_yaw, 0.0, 0.0, c.camera_height])
         N[3:5] = c.camera_position
         self._camera_noise = np.diag(N**2)
@@ -106,37 +113,53 @@ class Estimator:
         self._stamp = frame.stamp
         if dt > 0.0:
             belief.predict(frame.gyro_I, frame.accel_I, dt)
-        w_B = frame.gyro_I - belief.gyro_bias
-        limbs, standing = self._limbs(frame, dt)
-        self._leg_odometry(limbs, standing, w_B)
         if frame.vio is not None:
-            self._camera(frame.vio, frame.stamp, w_B)
-        self._rest(frame, standing, dt)
+            self._pose = (frame.stamp, frame.vio)
+        self._since += dt
+        if self._frames % self.config.every == 0:
+            self._correct(frame)
+            self._since = 0.0
         self._frames += 1
-        if self._frames % 30 == 0:
-            belief.clean()
-        return self._belief(frame, standing)
+        return StateEstimate(
+            stamp=frame.stamp,
+            p_OB=belief.p,
+            q_OB=mat_to_quat(belief.R),
+            v_B=belief.v @ belief.R,
+            w_B=frame.gyro_I - belief.gyro_bias,
+            contact=self._standing,
+            cov=belief.covariance(),
+        )
+
+    def _correct(self, frame: SensorFrame) -> None:
+        """Hold the prediction against legs, camera, ground and rest."""
+        w_B = frame.gyro_I - self.filter.gyro_bias
+        limbs = self._limbs(frame)
+        self._leg_odometry(limbs, w_B)
+        self._camera(w_B)
+        self._rest(frame)
+        if self._frames % (16 * self.config.every) == 0:
+            self.filter.clean()
 
     # -- the sources ---------------------------------------------------------------------
 
-    def _limbs(self, frame: SensorFrame, dt: float) -> tuple[list[LimbState], list[float]]:
-        """Kinematics and contact probability of the limbs."""
+    def _limbs(self, frame: SensorFrame) -> list[LimbState]:
+        """Kinematics of the limbs; their contact probabilities are renewed."""
         x, y, z = self.filter.R[2].tolist()
         up: Vector = (complex(x, y), z)
         q, dq, tau = frame.q.tolist(), frame.dq.tolist(), frame.torque.tolist()
         limbs = [k(q[s], dq[s], up) for k, s in zip(self._kinematics, self._joints, strict=True)]
         cranks = [slice(s.start + 1, s.start + 3) for s in self._joints]
-        standing = self._contact.update(
+        self._standing = self._contact.update(
             limbs,
             up,
             rates=[dq[s] for s in cranks],
             torques=[tau[s] for s in cranks],
             wrench_S=frame.wrench_S.tolist(),
-            dt=dt,
+            dt=self._since,
         )
-        return limbs, standing
+        return limbs
 
-    def _leg_odometry(self, limbs: list[LimbState], standing: list[float], w_B: Array) -> None:
+    def _leg_odometry(self, limbs: list[LimbState], w_B: Array) -> None:
         """Fuse what the standing limbs say of the trunk's velocity, and of its height."""
         c, belief = self.config, self.filter
         wx, wy, wz = w_B.tolist()
@@ -144,7 +167,7 @@ class Estimator:
         vx, vy, vz = (belief.v @ belief.R).tolist()
         unsure = belief.P.item(3, 3) + belief.P.item(4, 4) + belief.P.item(5, 5)
         total, flat, up, foot_xy, foot_z = 0.0, 0j, 0.0, 0j, 0.0
-        for limb, p in zip(limbs, standing, strict=True):
+        for limb, p in zip(limbs, self._standing, strict=True):
             if p < 0.5:
                 continue
             turned = cross(spin, limb.contact)
@@ -161,55 +184,45 @@ class Estimator:
             return
         flat, up = flat / total, up / total
         belief.correct_velocity(np.array([flat.real, flat.imag, up]), c.slip**2 / total)
-        if c.ground is not None and self._frames % 5 == 0:
+        if c.ground is not None:
             foot_xy, foot_z = foot_xy / total, foot_z / total
             point = np.array([foot_xy.real, foot_xy.imag, foot_z])
-            belief.correct_height(point, c.ground**2 / 5)
+            belief.correct_height(point, c.ground**2)
 
-    def _camera(self, pose: Pose, stamp: float, w_B: Array) -> None:
+    def _camera(self, w_B: Array) -> None:
         """Follow the camera's track; put it back on ours when it was lost or has jumped."""
+        if self._pose is None:
+            return
         c, belief = self.config, self.filter
+        (stamp, pose), self._pose = self._pose, None
+        latency = c.camera_latency + self._stamp - stamp
         R_VB = rotation_of(pose.q)
-        lost = stamp - self._camera_stamp > c.camera_gap or self._refused >= c.camera_patience
-        if lost:
-            yaw = None
-            if self._camera_p is None:
-                forward = belief.R @ R_VB.T
-                yaw = float(
-                    np.arctan2(forward[1, 0] - forward[0, 1], forward[0, 0] + forward[1, 1])
-                )
+        last, self._camera_p = self._camera_p, pose.p
+        silence, self._camera_stamp = stamp - self._camera_stamp, stamp
+        if last is None or silence > c.camera_gap or self._refused >= c.camera_patience:
             belief.anchor_camera(
-                c.camera_latency,
+                latency,
                 position_variance=c.camera_position**2,
-                yaw=yaw,
                 yaw_variance=c.camera_jump**2,
+                yaw=yaw_of(belief.R @ R_VB.T) if last is None else None,
             )
             self._refused = 0
-        else:
-            belief.move_camera(pose.p - self._camera_p)
-        self._camera_p, self._camera_stamp = pose.p, stamp
-        if not lost:
-            distance = belief.correct_camera(
-                R_VB, w_B, c.camera_latency, N=self._camera_noise, gate=c.camera_gate
-            )
-            self._refused = self._refused + 1 if distance > c.camera_gate else 0
-
-    def _rest(self, frame: SensorFrame, standing: list[float], dt: float) -> None:
-        """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
-        still = min(standing) > 0.5 and float(np.abs(frame.dq).max()) < self.config.rest_rate
-        self._resting = self._resting + dt if still else 0.0
-        if self._resting > 0.2 and self._frames % 5 == 0:
-            self.filter.correct_rest(frame.gyro_I, 0.01**2)
-
-    def _belief(self, frame: SensorFrame, standing: list[float]) -> StateEstimate:
-        belief = self.filter
-        cov = belief.covariance()
-        return StateEstimate(
-            stamp=frame.stamp,
-            p_OB=belief.p,
-            q_OB=mat_to_quat(belief.R),
-            v_B=belief.v @ belief.R,
-            w_B=frame.gyro_I - belief.gyro_bias,
-            contact=standing,
-            cov=cov,
+            return
+        belief.move_camera(pose.p - last)
+        distance = belief.correct_camera(
+            R_VB, w_B, latency, N=self._camera_noise, gate=c.camera_gate
         )
+        self._refused = self._refused + 1 if distance > c.camera_gate else 0
+
+    def _rest(self, frame: SensorFrame) -> None:
+        """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
+        c = self.config
+        still = min(self._standing) > 0.5 and float(np.abs(frame.dq).max()) < c.rest_rate
+        self._resting = self._resting + self._since if still else 0.0
+        if self._resting > 0.2:
+            self.filter.correct_rest(frame.gyro_I, c.rest_gyro**2)
+
+
+def yaw_of(R: Array) -> float:
+    """Heading [rad] of the rotation about z nearest to a rotation matrix (3, 3)."""
+    return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))

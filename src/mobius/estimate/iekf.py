@@ -40,6 +40,7 @@ GYRO, ACCEL, CAMERA = slice(9, 12), slice(12, 15), slice(15, 18)
 YAW = 18
 SIZE = 19
 GRAVITY = np.array([0.0, 0.0, -9.81])
+_GRAVITY_CROSS = skew(GRAVITY)
 _EYE3 = np.eye(3)
 
 
@@ -73,19 +74,40 @@ class FilterNoise:
     """[m/s^2]."""
 
 
-def exp_parts(phi: Array) -> tuple[Array, Array]:
-    """exp(phi) in SO(3) and its left Jacobian, both (3, 3), for phi (3,) [rad]."""
-    x, y, z = phi.tolist()
+def exp_so3(x: float, y: float, z: float) -> Array:
+    """Rotation matrix (3, 3) of one rotation vector [rad], in floats."""
     angle2 = x * x + y * y + z * z
     if angle2 < 1e-4:  # series to the order of double precision at 0.01 rad
-        a, b, c = 1 - angle2 / 6, 0.5 - angle2 / 24, 1 / 6 - angle2 / 120
+        a, b = 1 - angle2 * (1 / 6 - angle2 / 120), 0.5 - angle2 * (1 / 24 - angle2 / 720)
     else:
         angle = sqrt(angle2)
         a, b = sin(angle) / angle, (1 - cos(angle)) / angle2
-        c = (1 - a) / angle2
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    K2 = K @ K
-    return _EYE3 + a * K + b * K2, _EYE3 + b * K + c * K2
+    xy, xz, yz = b * x * y, b * x * z, b * y * z
+    return np.array(
+        [
+            [1 - b * (y * y + z * z), xy - a * z, xz + a * y],
+            [xy + a * z, 1 - b * (x * x + z * z), yz - a * x],
+            [xz - a * y, yz + a * x, 1 - b * (x * x + y * y)],
+        ]
+    )
+
+
+def left_jacobian(x: float, y: float, z: float) -> Array:
+    """Left Jacobian (3, 3) of SO(3) at one rotation vector [rad]: J = int_0^1 exp(s phi) ds."""
+    angle2 = x * x + y * y + z * z
+    if angle2 < 1e-4:
+        b, c = 0.5 - angle2 * (1 / 24 - angle2 / 720), 1 / 6 - angle2 * (1 / 120 - angle2 / 5040)
+    else:
+        angle = sqrt(angle2)
+        b, c = (1 - cos(angle)) / angle2, (1 - sin(angle) / angle) / angle2
+    xy, xz, yz = c * x * y, c * x * z, c * y * z
+    return np.array(
+        [
+            [1 - c * (y * y + z * z), xy - b * z, xz + b * y],
+            [xy + b * z, 1 - c * (x * x + z * z), yz - b * x],
+            [xz - b * y, yz + b * x, 1 - c * (x * x + y * y)],
+        ]
+    )
 
 
 def rotation_of(q: Array) -> Array:
@@ -125,7 +147,7 @@ class InvariantFilter:
         lever = np.eye(SIZE)
         lever[POS, PHI] = skew(self.p)
         self.P: Array = lever @ np.diag(diagonal) @ lever.T
-        self._F, self._skew, self._dt = np.eye(SIZE), np.zeros((2, 3, 3)), 0.0
+        self._F, self._skew, self._spread_due = np.eye(SIZE), np.zeros((2, 3, 3)), 0.0
         walk = [n.gyro_bias**2] * 3 + [n.accel_bias**2] * 3
         self._walk = np.array([0.0] * 9 + walk + [0.0] * 4)
         self._density = np.repeat(np.square([n.gyro, n.accel]), 3)
@@ -151,12 +173,24 @@ class InvariantFilter:
     # -- prediction ----------------------------------------------------------------------
 
     def predict(self, gyro: Array, accel: Array, dt: float) -> None:
-        """Advance by ``dt`` [s] with the IMU readings (3,) that end the interval."""
-        F, R = self._F, self.R
-        if dt != self._dt:
-            self._dt = dt
-            F[VEL, PHI], F[POS, VEL] = skew(GRAVITY * dt), _EYE3 * dt
-        Rdt = R * -dt
+        """Advance by ``dt`` [s] with the IMU readings (3,) that end the interval.
+
+        The covariance follows when the next correction needs it.
+        """
+        self._spread_due += dt
+        self.R = self.R @ exp_so3(*((gyro - self.rest[0:3]) * dt).tolist())
+        push = (self.R @ (accel - self.rest[3:6]) + GRAVITY) * dt
+        self.p = self.p + (self.v + 0.5 * push) * dt
+        self.v = self.v + push
+
+    def spread(self) -> None:
+        """Bring the covariance up to the state: the time since it was last is one step."""
+        dt, self._spread_due = self._spread_due, 0.0
+        if dt == 0.0:
+            return
+        F = self._F
+        F[VEL, PHI], F[POS, VEL] = _GRAVITY_CROSS * dt, _EYE3 * dt
+        Rdt = self.R * -dt
         F[PHI, GYRO] = F[VEL, ACCEL] = Rdt
         F[3:9, GYRO] = (self._cross_matrices() @ Rdt).reshape(6, 3)
         noise = F[:9, 9:15]  # errors of the biases and noise enter alike
@@ -164,10 +198,6 @@ class InvariantFilter:
         P[:9, :9] += (noise * (self._density / dt)) @ noise.T
         P.ravel()[:: SIZE + 1] += self._walk * dt
         self.P = P
-        self.R = R @ exp_parts((gyro - self.rest[0:3]) * dt)[0]
-        push = (self.R @ (accel - self.rest[3:6]) + GRAVITY) * dt
-        self.p = self.p + (self.v + 0.5 * push) * dt
-        self.v = self.v + push
 
     def _cross_matrices(self) -> Array:
         """(2, 3, 3) cross-product matrices of v and p, in place."""
@@ -193,6 +223,7 @@ class InvariantFilter:
             N: (m, m) noise covariance.
             gate: Do nothing when the distance exceeds this.
         """
+        self.spread()
         PHt = self.P @ H.T
         S_inv = np.linalg.inv(H @ PHt + N)
         weighed = S_inv @ residual
@@ -204,7 +235,8 @@ class InvariantFilter:
 
     def _retract(self, error: Array) -> None:
         """X <- exp(xi) X; the rest is a vector space."""
-        turn, J = exp_parts(error[PHI])
+        phi = error[PHI].tolist()
+        turn, J = exp_so3(*phi), left_jacobian(*phi)
         self.R = turn @ self.R
         self.v = turn @ self.v + J @ error[VEL]
         self.p = turn @ self.p + J @ error[POS]
@@ -239,17 +271,20 @@ class InvariantFilter:
 
     def move_camera(self, step_V: Array) -> None:
         """The camera says the trunk moved by step_V (3,) [m] in its own frame V."""
+        self.spread()
         x, y, z = step_V.tolist()
         yaw = self.rest[9]
         c, s = cos(yaw), sin(yaw)
         dx, dy = c * x - s * y, s * x + c * y
         self.rest[6:9] += (dx, dy, z)
-        F = np.eye(SIZE)
-        F[15, YAW], F[16, YAW] = -dy, dx
-        self.P = F @ self.P @ F.T
+        P = self.P
+        P[15] -= dy * P[YAW]  # c moves with the heading: F P F^T, F = 1 but for two entries
+        P[16] += dx * P[YAW]
+        P[:, 15] -= dy * P[:, YAW]
+        P[:, 16] += dx * P[:, YAW]
         way = sqrt(x * x + y * y + z * z)
         walk = way * self.noise.camera_walk**2
-        self.P.ravel()[15 * (SIZE + 1) :: SIZE + 1] += (
+        P.ravel()[15 * (SIZE + 1) :: SIZE + 1] += (
             walk,
             walk,
             walk,
@@ -272,6 +307,7 @@ class InvariantFilter:
             yaw_variance: Of the heading below, or what its uncertainty grows by [rad^2].
             yaw: Heading of the camera's frame in O where it is not known yet [rad].
         """
+        self.spread()
         past, H = self._past(latency)
         rows = H @ self.P
         self.P[CAMERA, :], self.P[:, CAMERA] = rows, rows.T
@@ -305,7 +341,7 @@ class InvariantFilter:
         H[3:, CAMERA] = -_EYE3
         residual = np.empty(6)
         # R_VB is of the past: R_now = R_VB exp(w latency)
-        residual[:3] = small_log(turn @ R_VB @ exp_parts(w_B * latency)[0] @ self.R.T)
+        residual[:3] = small_log(turn @ R_VB @ exp_so3(*(w_B * latency).tolist()) @ self.R.T)
         residual[3:] = self.rest[6:9] - past
         return self.correct(H, residual, N, gate=gate)
 

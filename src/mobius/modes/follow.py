@@ -2,11 +2,13 @@
 
 The robot moves in any direction, so position and heading are steered apart: the velocity
 points at a spot a little ahead on the path, the heading turns towards the path, and while
-the heading is far off the robot slows down and turns first.
+the heading is far off the robot slows down and turns first. Where there is no room to turn,
+it keeps its sides parallel to the grid and goes sideways if it must.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,16 +40,30 @@ class FollowerConfig:
     """Largest change of the commanded velocity [m/s^2]."""
     tolerance: float = 0.08
     """Distance to the goal that counts as there [m]."""
+    turn_room: float = 0.42
+    """Distance to obstacles that turning on the spot needs [m]: corner radius and a margin."""
+    narrow_speed: float = 0.22
+    """Speed where there is less room than that [m/s]."""
 
 
 class PathFollower:
     """Follows one plan from the belief alone; the path is in the frame of the belief."""
 
-    def __init__(self, plan: Plan, config: FollowerConfig | None = None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        config: FollowerConfig | None = None,
+        *,
+        room: Callable[[Array], float] | None = None,
+        grid_yaw: float = 0.0,
+    ) -> None:
+        """Args: the plan; gains; ``room`` gives the distance to obstacles [m] at (2,) [m],
+        open ground everywhere if not given; ``grid_yaw`` [rad] of the grid's x axis.
+        """
         self.config = config or FollowerConfig()
-        keep = [0] + [
-            i for i in range(1, len(plan.xy_M)) if (plan.cells[i] != plan.cells[i - 1]).any()
-        ]
+        self._room, self._grid_yaw = room, grid_yaw
+        steps = np.linalg.norm(np.diff(plan.xy_M, axis=0), axis=1)
+        keep = [0, *(1 + np.flatnonzero(steps > 1e-9))]
         self._xy = plan.xy_M[keep]
         self._modes = [plan.modes[max(i - 1, 0)] for i in keep] if plan.modes else [Mode.CRAWL]
         steps = np.linalg.norm(np.diff(self._xy, axis=0), axis=1)
@@ -98,10 +114,10 @@ class PathFollower:
             self.arrived = True
         ahead = self.point(self._progress + cfg.lookahead) - p
         wanted = self._towards(ahead, goal, near_end)
-        far = self.point(self._progress + cfg.heading_lookahead) - p
-        error = 0.0
-        if np.linalg.norm(far) > 0.15:
-            error = float(wrap_angle(np.arctan2(far[1], far[0]) - yaw))
+        narrow = self._is_narrow(p)
+        if narrow:
+            wanted *= min(1.0, cfg.narrow_speed / cfg.speed)
+        error = self._heading_error(p, yaw, narrow)
         wanted *= max(np.cos(min(abs(error), np.pi / 2)), 0.15)
         c, s = np.cos(yaw), np.sin(yaw)
         twist = np.array(
@@ -116,6 +132,24 @@ class PathFollower:
         step = np.array([cfg.acceleration, cfg.acceleration, 3.0 * cfg.acceleration]) * dt
         self._twist += np.clip(twist - self._twist, -step, step)
         return ModeCommand(mode=mode, twist_H=self._twist, stamp=belief.stamp)
+
+    def _is_narrow(self, p: Array) -> bool:
+        """Whether here or a stride ahead there is no room to turn."""
+        if self._room is None:
+            return False
+        ahead = self.point(self._progress + 0.35)
+        return min(self._room(p), self._room(ahead)) < self.config.turn_room
+
+    def _heading_error(self, p: Array, yaw: float, narrow: bool) -> float:
+        """Angle to turn [rad]: along the path, or to the nearest grid axis."""
+        if narrow:
+            quarter = 0.5 * np.pi
+            turns = round((yaw - self._grid_yaw) / quarter)
+            return float(wrap_angle(self._grid_yaw + turns * quarter - yaw))
+        far = self.point(self._progress + self.config.heading_lookahead) - p
+        if np.linalg.norm(far) < 0.15:
+            return 0.0
+        return float(wrap_angle(np.arctan2(far[1], far[0]) - yaw))
 
     def _towards(self, ahead: Array, goal: float, near_end: bool) -> Array:
         """World velocity (2,) [m/s] at the point ahead, slower near the goal."""

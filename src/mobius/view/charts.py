@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from mobius.view.svg import Axis, number, png_data, points, tag, text, thin, tic
 __all__ = ["Line", "bars_chart", "heat_chart", "line_chart"]
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 _WIDTH, _HEIGHT = 480, 190
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 8, 18, 34
@@ -28,7 +30,9 @@ class Line:
     style: str
 
 
-def line_chart(title: str, unit: str, t: Array, lines: Sequence[Line], *, zero: bool = False) -> str:
+def line_chart(
+    title: str, unit: str, t: Array, lines: Sequence[Line], *, zero: bool = False
+) -> str:
     """Curves over the time t (n,) [s] with a legend that shows values under the pointer.
 
     Args:
@@ -77,7 +81,7 @@ def line_chart(title: str, unit: str, t: Array, lines: Sequence[Line], *, zero: 
 def bars_chart(
     title: str,
     t: Array,
-    rows: Sequence[tuple[str, Array, Array | None, str]],
+    rows: Sequence[tuple[str, Flags, Flags | None, str]],
     *,
     strip: Sequence[str] | None = None,
     colours: dict[str, str] | None = None,
@@ -111,9 +115,13 @@ def bars_chart(
             parts.append(_runs(axis, t, second, y + pitch - 8, 3, "on2"))
     parts.append(_time_axis(axis, height - _BOTTOM))
     picture = tag(
-        "svg", "".join(parts), viewBox=f"0 0 {width} {height}", class_="wide", role="img",
+        "svg",
+        "".join(parts),
+        viewBox=f"0 0 {width} {height}",
+        class_="wide",
+        role="img",
         aria_label=title,
-    )  # fmt: skip
+    )
     return f"<figure><figcaption>{html.escape(title)}</figcaption>{picture}</figure>"
 
 
@@ -170,9 +178,13 @@ def heat_chart(
     parts.append(_time_axis(axis, height - _BOTTOM))
     label = f"{title} [{unit}] over time"
     picture = tag(
-        "svg", "".join(parts), viewBox=f"0 0 {width} {height}", class_="wide", role="img",
+        "svg",
+        "".join(parts),
+        viewBox=f"0 0 {width} {height}",
+        class_="wide",
+        role="img",
         aria_label=label,
-    )  # fmt: skip
+    )
     heading = f"<span>{html.escape(title)} <small>[{html.escape(unit)}]</small></span>"
     return f"<figure><figcaption>{heading}</figcaption>{picture}</figure>"
 
@@ -180,18 +192,18 @@ def heat_chart(
 def _frame(x_axis: Axis, y_axis: Axis, unit: str, height: int) -> str:
     parts = []
     for value in ticks(y_axis.low, y_axis.high, most=5):
-        y = float(y_axis(np.float64(value)))
+        y = float(y_axis(value))
         line = {"x1": x_axis.a, "x2": x_axis.b, "y1": y, "y2": y}
         parts.append(tag("line", class_="grid" if value else "grid zero", **line))
         parts.append(text(x_axis.a - 6, y + 4, _tick(value), class_="tick", text_anchor="end"))
-    parts.append(text(x_axis.a - 6, _TOP - 7, unit, class_="tick soft", text_anchor="end"))
+    parts.append(text(x_axis.a, _TOP - 6, unit, class_="tick soft"))
     return "".join(parts) + _time_axis(x_axis, height - _BOTTOM)
 
 
 def _time_axis(axis: Axis, y: float) -> str:
     parts = [tag("line", x1=axis.a, x2=axis.b, y1=float(y), y2=float(y), class_="axis")]
     for value in ticks(axis.low, axis.high, most=8):
-        x = float(axis(np.float64(value)))
+        x = float(axis(value))
         parts.append(tag("line", x1=x, x2=x, y1=float(y), y2=float(y + 4), class_="axis"))
         parts.append(text(x, y + 16, _tick(value), class_="tick", text_anchor="middle"))
     middle = (axis.a + axis.b) / 2
@@ -208,17 +220,17 @@ def _cursor(height: int) -> str:
     return tag("line", x1=-9, x2=-9, class_="cursor", **y)
 
 
-def spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def spans(flags: Flags) -> list[tuple[int, int]]:
     """First and one-past-last index of every run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _runs(axis: Axis, t: Array, on: Array, y: float, height: float, style: str) -> str:
+def _runs(axis: Axis, t: Array, on: Flags, y: float, height: float, style: str) -> str:
     """One path of rectangles."""
     ends = np.append(t, t[-1])
     pieces = []
-    for a, b in spans(np.asarray(on, dtype=bool)):
+    for a, b in spans(on):
         x0, x1 = float(axis(ends[a])), float(axis(ends[b]))
         pieces.append(f"M{x0:.1f} {y:.1f}H{x1:.1f}V{y + height:.1f}H{x0:.1f}z")
     return tag("path", d="".join(pieces), class_=style) if pieces else ""
@@ -230,7 +242,7 @@ def _band(axis: Axis, t: Array, labels: Sequence[str], colours: dict[str, str]) 
     cuts = [0, *(np.flatnonzero(names[1:] != names[:-1]) + 1).tolist(), len(names)]
     ends = np.append(t, t[-1])
     parts = [text(axis.a - 8, 15, "mode", class_="label", text_anchor="end")]
-    for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+    for a, b in pairwise(cuts):
         x0, x1 = float(axis(ends[a])), float(axis(ends[b]))
         name = str(names[a])
         box = {"x": x0, "y": 3, "width": max(x1 - x0, 0.5), "height": 16}

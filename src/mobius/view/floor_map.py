@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from mobius.types import GridMap, Mode, Plan
 from mobius.view.palette import MODE_COLOURS
 from mobius.view.svg import png_data, tag, text, ticks
 
-__all__ = ["WallImage", "floor_map"]
+__all__ = ["Occupancy", "floor_map"]
 
 Array = NDArray[np.float64]
 
@@ -21,16 +21,24 @@ _LONGEST = 900.0
 _MARGIN = 44.0
 
 
-@dataclass(frozen=True, eq=False)
-class WallImage:
-    """What is really built, finer than the planner's cells."""
+class Occupancy(Protocol):
+    """What really stands there, finer than the planner's cells.
 
-    occupied: NDArray[np.bool_]
-    """(nx, ny) True where something stands; ``[i, j]`` counts along the image's own x, y."""
-    resolution: float
-    """Edge of a pixel [m]."""
-    origin_M: Array
-    """(3,) x [m], y [m], yaw [rad] of the lower-left corner of pixel (0, 0), frame M."""
+    :class:`mobius.world.OccupancyMap` is one; rooms do not know one another, so only what
+    is used of it is written here.
+    """
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        """(h, w) True where something stands; row 0 is the bottom row."""
+
+    @property
+    def resolution(self) -> float:
+        """Edge of a pixel [m]."""
+
+    @property
+    def origin_M(self) -> Array:
+        """(3,) x [m], y [m], yaw [rad] of the lower-left corner, frame M."""
 
 
 class _Frame:
@@ -63,7 +71,7 @@ def floor_map(
     belief_xy: Array,
     *,
     goal: Array,
-    walls: WallImage | None = None,
+    occupancy: Occupancy | None = None,
 ) -> str:
     """The map as an SVG with a legend.
 
@@ -73,19 +81,22 @@ def floor_map(
         true_xy: (n, 2) [m] in M.
         belief_xy: (n, 2) [m] in M.
         goal: (2,) [m] in M.
-        walls: Drawn beneath.
+        occupancy: Walls and obstacles, drawn beneath.
     """
-    frame = _Frame(_corners(grid, walls, true_xy))
+    frame = _Frame(_corners(grid, occupancy, true_xy))
     parts = [_axes(frame)]
-    if walls is not None:
-        parts.append(_walls(frame, walls))
+    if occupancy is not None:
+        parts.append(_walls(frame, occupancy))
     parts += [_cells(frame, grid), _plan(frame, plan)]
     parts.append(_path(frame, belief_xy, "line belief map"))
     parts.append(_path(frame, true_xy, "line true map"))
     parts += [_start(frame, true_xy[0]), _goal(frame, goal)]
     parts.append(tag("circle", r=4, cx=-99, cy=-99, class_="ghost belief"))
-    parts.append(tag("path", d="M11 0L-6 6L-3 0L-6 -6z", class_="ghost robot",
-                     transform="translate(-99 -99)"))  # fmt: skip
+    parts.append(
+        tag(
+            "path", d="M11 0L-6 6L-3 0L-6 -6z", class_="ghost robot", transform="translate(-99 -99)"
+        )
+    )
     picture = tag(
         "svg",
         "".join(parts),
@@ -97,22 +108,23 @@ def floor_map(
             f"{v:.6g}" for v in (frame.low[0], frame.low[1], frame.scale, _MARGIN, frame.height)
         ),
     )
-    return f"<figure><figcaption>{_legend(plan, walls)}</figcaption>{picture}</figure>"
+    return f"<figure><figcaption>{_legend(plan, occupancy)}</figcaption>{picture}</figure>"
 
 
-def _corners(grid: GridMap, walls: WallImage | None, true_xy: Array) -> Array:
+def _corners(grid: GridMap, occupancy: Occupancy | None, true_xy: Array) -> Array:
     nx, ny = grid.shape
     unit = np.array([[0, 0], [nx, 0], [0, ny], [nx, ny]], dtype=float)
     boxes = [_place(unit * grid.cell, grid.origin_M), true_xy[np.isfinite(true_xy).all(axis=1)]]
-    if walls is not None:
-        if walls.occupied.ndim != 2 or not walls.resolution > 0:
+    if occupancy is not None:
+        if occupancy.occupied.ndim != 2 or not occupancy.resolution > 0:
             raise InvalidInput(
-                "report: expected a wall image (nx, ny) and a resolution > 0 m, got"
-                f" {walls.occupied.shape} and {walls.resolution}"
+                "report: expected an occupancy raster (h, w) and a resolution > 0 m, got"
+                f" {occupancy.occupied.shape} and {occupancy.resolution}"
             )
-        size = np.array(walls.occupied.shape) * walls.resolution
+        h, w = occupancy.occupied.shape
+        size = np.array([w, h]) * occupancy.resolution
         unit = np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * size
-        boxes.append(_place(unit, walls.origin_M))
+        boxes.append(_place(unit, occupancy.origin_M))
     return np.concatenate(boxes)
 
 
@@ -125,9 +137,7 @@ def _axes(frame: _Frame) -> str:
     parts = []
     for value in ticks(float(frame.low[0]), float(frame.high[0]), most=9):
         x = float(frame((value, 0.0))[0])
-        parts.append(
-            tag("line", x1=x, x2=x, y1=_MARGIN, y2=frame.height - _MARGIN, class_="grid")
-        )
+        parts.append(tag("line", x1=x, x2=x, y1=_MARGIN, y2=frame.height - _MARGIN, class_="grid"))
         parts.append(
             text(x, frame.height - _MARGIN + 18, f"{value:g}", class_="tick", text_anchor="middle")
         )
@@ -135,21 +145,33 @@ def _axes(frame: _Frame) -> str:
         y = float(frame((0.0, value))[1])
         parts.append(tag("line", x1=_MARGIN, x2=frame.width - _MARGIN, y1=y, y2=y, class_="grid"))
         parts.append(text(_MARGIN - 8, y + 5, f"{value:g}", class_="tick", text_anchor="end"))
-    parts.append(text(frame.width - _MARGIN, frame.height - 8, "x [m]", class_="tick soft",
-                      text_anchor="end"))  # fmt: skip
+    parts.append(
+        text(
+            frame.width - _MARGIN, frame.height - 8, "x [m]", class_="tick soft", text_anchor="end"
+        )
+    )
     parts.append(text(6, _MARGIN - 12, "y [m]", class_="tick soft"))
     return "".join(parts)
 
 
-def _walls(frame: _Frame, walls: WallImage) -> str:
-    """The fine picture: image rows run downwards, so row 0 holds the largest j."""
-    nx, ny = walls.occupied.shape
-    pixels = np.zeros((ny, nx, 4), dtype=np.uint8)
-    pixels[walls.occupied.T[::-1].astype(bool)] = (110, 116, 124, 255)
-    flip = "matrix(1 0 0 -1 0 " + str(ny) + ")"
-    image = tag("image", href=png_data(pixels), x=0, y=0, width=nx, height=ny, transform=flip,
-                preserveAspectRatio="none", class_="field")  # fmt: skip
-    return tag("g", image, transform=frame.matrix(np.asarray(walls.origin_M), walls.resolution))
+def _walls(frame: _Frame, occupancy: Occupancy) -> str:
+    """The fine picture: image rows run downwards, so the raster is turned over, twice."""
+    h, w = occupancy.occupied.shape
+    pixels = np.zeros((h, w, 4), dtype=np.uint8)
+    pixels[occupancy.occupied[::-1]] = (110, 116, 124, 255)
+    flip = "matrix(1 0 0 -1 0 " + str(h) + ")"
+    image = tag(
+        "image",
+        href=png_data(pixels),
+        x=0,
+        y=0,
+        width=w,
+        height=h,
+        transform=flip,
+        preserveAspectRatio="none",
+        class_="field",
+    )
+    return tag("g", image, transform=frame.matrix(occupancy.origin_M, occupancy.resolution))
 
 
 def _cells(frame: _Frame, grid: GridMap) -> str:
@@ -179,8 +201,9 @@ def _plan(frame: _Frame, plan: Plan) -> str:
     parts = []
     for t, mode in enumerate(plan.modes):
         (x1, y1), (x2, y2) = p[t], p[t + 1]
-        parts.append(tag("line", x1=x1, y1=y1, x2=x2, y2=y2, class_="plan",
-                         stroke=MODE_COLOURS[mode]))  # fmt: skip
+        parts.append(
+            tag("line", x1=x1, y1=y1, x2=x2, y2=y2, class_="plan", stroke=MODE_COLOURS[mode])
+        )
     return "".join(parts)
 
 
@@ -197,24 +220,28 @@ def _path(frame: _Frame, xy: Array, style: str) -> str:
 
 def _start(frame: _Frame, xy: Array) -> str:
     x, y = frame(xy)
-    return tag("circle", cx=x, cy=y, r=7, class_="mark") + text(x + 11, y - 9, "start",
-                                                               class_="label halo")  # fmt: skip
+    return tag("circle", cx=x, cy=y, r=7, class_="mark") + text(
+        x + 11, y - 9, "start", class_="label halo"
+    )
 
 
 def _goal(frame: _Frame, xy: Array) -> str:
     x, y = frame(xy)
-    cross = tag("path", d=f"M{x - 9:.1f} {y:.1f}H{x + 9:.1f}M{x:.1f} {y - 9:.1f}V{y + 9:.1f}",
-                class_="mark")  # fmt: skip
+    cross = tag(
+        "path", d=f"M{x - 9:.1f} {y:.1f}H{x + 9:.1f}M{x:.1f} {y - 9:.1f}V{y + 9:.1f}", class_="mark"
+    )
     ring = tag("circle", cx=x, cy=y, r=9, class_="mark")
     return cross + ring + text(x + 13, y - 11, "goal", class_="label halo")
 
 
-def _legend(plan: Plan, walls: WallImage | None) -> str:
-    keys = [f'<span><i style="background:{MODE_COLOURS[m]}"></i>plan, {html.escape(m)}</span>'
-            for m in dict.fromkeys(plan.modes)]  # fmt: skip
+def _legend(plan: Plan, occupancy: Occupancy | None) -> str:
+    keys = [
+        f'<span><i style="background:{MODE_COLOURS[m]}"></i>plan, {html.escape(m)}</span>'
+        for m in dict.fromkeys(plan.modes)
+    ]
     keys.append('<span><i class="true"></i>true path</span>')
     keys.append('<span><i class="belief"></i>believed path</span>')
     keys.append('<span><i class="blocked"></i>blocked for the robot\'s centre</span>')
-    if walls is not None:
+    if occupancy is not None:
         keys.append('<span><i class="walls"></i>walls and obstacles</span>')
     return f'<span>Map <small>[m]</small></span><span class="keys">{"".join(keys)}</span>'

@@ -56,7 +56,7 @@ def gl_backend() -> str:
 @functools.cache
 def _probe(wanted: str) -> tuple[str | None, str]:
     if wanted in _OFF:
-        return None, f"no video: MUJOCO_GL={wanted} turns drawing off. Type: unset MUJOCO_GL"
+        return None, f"MUJOCO_GL={wanted} turns drawing off. Type: unset MUJOCO_GL"
     backends = (wanted,) if wanted else _BACKENDS.get(sys.platform, ("egl",))
     said = []
     for backend in backends:
@@ -64,7 +64,7 @@ def _probe(wanted: str) -> tuple[str | None, str]:
         if why is None:
             return backend, ""
         said.append(f"{backend}: {why}")
-    return None, f"no video: no OpenGL context ({'; '.join(said)}). {_advice(wanted)}"
+    return None, f"no OpenGL context ({'; '.join(said)}). {_advice(wanted)}"
 
 
 def _try(backend: str) -> str | None:

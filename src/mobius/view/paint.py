@@ -63,7 +63,7 @@ def plan_boxes(xy: Array, z: Array, modes: Sequence[str] | None) -> Array:
     return np.array(rows).reshape(-1, 19)
 
 
-def trail_boxes(xy: Array, z: Array) -> tuple[Array, Array]:
+def trail_boxes(xy: Array, z: Array) -> tuple[Array, NDArray[np.int64]]:
     """Flat boxes along the way gone.
 
     Args:

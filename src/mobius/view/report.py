@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from mobius.errors import InvalidInput
 from mobius.files import write_text_atomic
 from mobius.stack import RunRecord
-from mobius.view.floor_map import WallImage, floor_map
+from mobius.view.floor_map import Occupancy, floor_map
 from mobius.view.sections import contacts, effort, estimator, velocities
 from mobius.view.svg import jpeg_data, number
 
-__all__ = ["WallImage", "build_report", "verdict", "write_report"]
+__all__ = ["Occupancy", "build_report", "verdict", "write_report"]
 
 _PAGE = Path(__file__).with_name("report_page.html")
 
@@ -47,7 +47,7 @@ def build_report(
     *,
     title: str | None = None,
     goal: ArrayLike | None = None,
-    walls: WallImage | None = None,
+    occupancy: Occupancy | None = None,
     still: NDArray[np.uint8] | None = None,
     files: Sequence[str] = (),
 ) -> str:
@@ -57,7 +57,7 @@ def build_report(
         record: The run, at least two samples; what its summary lacks is shown as such.
         title: Heading; the map's name by default.
         goal: (2,) [m] in M; the map's goal or the plan's last cell by default.
-        walls: Drawn beneath the planner's cells.
+        occupancy: Walls and obstacles, drawn beneath the planner's cells.
         still: (h, w, 3) a picture of the robot, shown beside the figures.
         files: Names of files beside the report to link to.
 
@@ -75,7 +75,7 @@ def build_report(
         record.true_p[:, :2],
         record.belief_p[:, :2],
         goal=where,
-        walls=walls,
+        occupancy=occupancy,
     )
     parts = [
         f"<h1>{html.escape(heading)}</h1>",
@@ -83,9 +83,9 @@ def build_report(
         f'<p class="verdict {"good" if good else "bad"}">{html.escape(sentence)}</p>',
         _tiles(record.summary),
         "<h2>Way</h2>",
-        "<p>The plan in the colour of its modes, beneath it where the trunk really went and"
-        " where the robot believed to be. Move over a figure to read values; the arrow here"
-        " shows where the robot was.</p>",
+        "<p>The plan in the colours of its modes; on it the way the trunk really went, and"
+        " dashed the way the robot believed. Point at a curve further down to read values"
+        " there and to see the robot here at that time.</p>",
         figure,
         _still(still),
         velocities(record, where),

@@ -93,10 +93,13 @@ def contacts(record: RunRecord) -> str:
         part = LIMB_JOINTS[limb]
         side, kind = limb.split("_")
         lines = [
-            Line(JOINTS[j].removeprefix(f"{side}_").replace("_", " "), record.torque[rows, j],
-                 f"c{j - part.start}")
+            Line(
+                JOINTS[j].removeprefix(f"{side}_").replace("_", " "),
+                record.torque[rows, j],
+                f"c{j - part.start}",
+            )
             for j in range(part.start, part.stop)
-        ]  # fmt: skip
+        ]
         charts.append(
             line_chart(f"{side.capitalize()} {kind} torque", "N m", record.t[rows], lines)
         )
@@ -125,10 +128,12 @@ def effort(record: RunRecord) -> str:
         heads="rms, peak [N m], lag [rad]",
     )
     charts = [
-        line_chart("Mechanical power", "W", record.t, [Line("power", record.power, "c1")],
-                   zero=True),  # fmt: skip
-        line_chart("Energy so far", "J", record.t, [Line("energy", energy_J(record), "c0")],
-                   zero=True),  # fmt: skip
+        line_chart(
+            "Mechanical power", "W", record.t, [Line("power", record.power, "c1")], zero=True
+        ),
+        line_chart(
+            "Energy so far", "J", record.t, [Line("energy", energy_J(record), "c0")], zero=True
+        ),
     ]
     note = (
         f"Power is the sum of |torque \u00d7 rate|: mean"
@@ -150,9 +155,7 @@ def close_up(record: RunRecord) -> NDArray[np.int64]:
     """Rows of the four seconds around the middle of the time the robot was told to move."""
     moving = np.flatnonzero(np.abs(record.cmd_twist_H).max(axis=1) > 1e-3)
     middle = record.t[moving[len(moving) // 2]] if len(moving) else record.t[len(record.t) // 2]
-    start = np.clip(
-        middle - _CLOSE_UP / 2, record.t[0], max(record.t[0], record.t[-1] - _CLOSE_UP)
-    )
+    start = np.clip(middle - _CLOSE_UP / 2, record.t[0], max(record.t[0], record.t[-1] - _CLOSE_UP))
     rows = np.flatnonzero((record.t >= start) & (record.t <= start + _CLOSE_UP))
     return rows if len(rows) > 1 else np.arange(len(record.t))
 
@@ -160,12 +163,13 @@ def close_up(record: RunRecord) -> NDArray[np.int64]:
 def _gait(title: str, record: RunRecord, rows: NDArray[np.int64]) -> str:
     stands = record.contact_force[rows] > CONTACT_N
     believed = record.contact_belief[rows] > 0.5
+    duty, right = stands.mean(axis=0), (stands == believed).mean(axis=0)
     lanes = [
         (
             limb.replace("_", " "),
             stands[:, k],
             believed[:, k],
-            f"{100 * stands[:, k].mean():.0f} %, belief {100 * (stands == believed)[:, k].mean():.0f} %",
+            f"{100 * duty[k]:.0f} %, belief {100 * right[k]:.0f} %",
         )
         for k, limb in enumerate(LIMBS)
     ]

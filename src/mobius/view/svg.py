@@ -12,7 +12,7 @@ import io
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 __all__ = ["Axis", "number", "png_data", "points", "tag", "text", "thin", "ticks"]
@@ -58,11 +58,11 @@ def number(value: object, *, digits: int = 3) -> str:
 
 
 def ticks(low: float, high: float, *, most: int = 6) -> list[float]:
-    """Round numbers (1, 2 or 5 times a power of ten apart) within [low, high]."""
+    """At most ``most + 1`` round numbers within [low, high]: steps of 1, 2 or 5 times 10^k."""
     span = high - low
     if not span > 0:
         return [low]
-    raw = span / max(most - 1, 1)
+    raw = span / most
     power = 10.0 ** np.floor(np.log10(raw))
     step = next((m * power for m in (1, 2, 5, 10) if m * power >= raw * (1 - 1e-9)), 10 * power)
     first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
@@ -113,7 +113,7 @@ class Axis:
             low, high = middle - half, middle + half
         self.low, self.high, self.a, self.b = float(low), float(high), float(a), float(b)
 
-    def __call__(self, value: Array) -> Array:
+    def __call__(self, value: ArrayLike) -> Array:
         """Pixels of values."""
         share = (np.asarray(value, dtype=float) - self.low) / (self.high - self.low)
         return self.a + share * (self.b - self.a)

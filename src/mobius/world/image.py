@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mobius.errors import MapError, did_you_mean
+from mobius.files import write_bytes_atomic
 
 Array = NDArray[np.float64]
 
@@ -61,20 +60,7 @@ def read_image(path: Path) -> GreyImage:
 def write_pgm(path: Path, grey: NDArray[np.uint8]) -> None:
     """Write a binary PGM of grey values (h, w), row 0 on top; whole or not at all."""
     h, w = grey.shape
-    write_whole(path, b"P5\n%d %d\n255\n" % (w, h) + np.ascontiguousarray(grey).tobytes())
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file so that a kill leaves the old one or the new one, never half."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_bytes_atomic(path, b"P5\n%d %d\n255\n" % (w, h) + np.ascontiguousarray(grey).tobytes())
 
 
 def _read_pgm(path: Path, data: bytes) -> GreyImage:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from mobius.errors import MapError, UnknownName
 from mobius.types import ALL_MODES_BITS, GridMap
 from mobius.world.clearance import Clearance
 from mobius.world.grid import Disc, build_grid
-from mobius.world.mission import check_place, check_route
+from mobius.world.mission import check_mission
 from mobius.world.movingai import read_movingai
 from mobius.world.nav2 import read_nav2
 from mobius.world.notes import Notes
@@ -99,6 +99,7 @@ def load_world(
         raster.resolution,
     )
     is_grid_already = raster.path is not None and raster.path.suffix == ".map"
+    anchor = (0.0, 0.0) if is_grid_already else None
     grid, room = build_grid(
         raster,
         clearance,
@@ -106,22 +107,10 @@ def load_world(
         cell=cell or notes.cell or _DEFAULT_CELL,
         start=start,
         goal=goal,
-        anchor=(0.0, 0.0) if is_grid_already else None,
+        anchor=anchor,
     )
-    for what, point in (("start", start), ("goal", goal)):
-        if point is not None:
-            check_place(what, point, raster, grid, clearance, disc=disc)
-    if start is not None and goal is not None:
-        check_route(start, goal, grid, disc=disc)
-    grid = GridMap(
-        grid.name,
-        grid.cell,
-        grid.origin_M,
-        grid.blocked,
-        allowed_modes(grid, raster, notes),
-        grid.start,
-        grid.goal,
-    )
+    check_mission(raster, grid, clearance, disc=disc)
+    grid = replace(grid, allowed=allowed_modes(grid, raster, notes))
     return World(
         name=Path(source).stem,
         occupancy=raster,

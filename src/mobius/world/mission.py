@@ -14,6 +14,19 @@ from mobius.world.occupancy import OccupancyMap
 Array = NDArray[np.float64]
 
 
+def check_mission(raster: OccupancyMap, grid: GridMap, clearance: Clearance, *, disc: Disc) -> None:
+    """Raise unless the grid's start and goal (those it has) are fit to start and end at.
+
+    Raises:
+        MapError: The robot does not fit at one of them, or cannot get from one to the other.
+    """
+    for what, point in (("start", grid.start), ("goal", grid.goal)):
+        if point is not None:
+            check_place(what, point, raster, grid, clearance, disc=disc)
+    if grid.start is not None and grid.goal is not None:
+        check_route(grid.start, grid.goal, grid, disc=disc)
+
+
 def check_place(
     what: str,
     xy_M: ArrayLike,

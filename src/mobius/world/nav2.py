@@ -23,7 +23,8 @@ import yaml
 from numpy.typing import NDArray
 
 from mobius.errors import InvalidInput
-from mobius.world.image import GreyImage, read_image, write_pgm, write_whole
+from mobius.files import write_text_atomic
+from mobius.world.image import GreyImage, read_image, write_pgm
 from mobius.world.keys import Section, read_yaml
 from mobius.world.notes import Notes, apply_stamps, check_regions, parse_notes
 from mobius.world.occupancy import UNKNOWN, OccupancyMap
@@ -123,7 +124,7 @@ def write_nav2(
         doc["mobius"] = mobius
     text = yaml.safe_dump(doc, sort_keys=False, default_flow_style=None, width=100)
     write_pgm(image, grey.astype(np.uint8))
-    write_whole(path, text.encode())
+    write_text_atomic(path, text)
 
 
 def _thresholds(doc: Section) -> dict[str, float]:
