@@ -66,6 +66,8 @@ def quat_conj(q: ArrayLike) -> Array:
 def quat_to_mat(q: ArrayLike) -> Array:
     """Rotation matrix (..., 3, 3) of a unit quaternion (..., 4)."""
     q = np.asarray(q, dtype=float)
+    if q.ndim == 1:
+        return _mat_of_one(q)
     w, x, y, z = (q[..., i] for i in range(4))
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -73,6 +75,18 @@ def quat_to_mat(q: ArrayLike) -> Array:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _mat_of_one(q: Array) -> Array:
+    """The same for one quaternion."""
+    w, x, y, z = q.tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def mat_to_quat(R: ArrayLike) -> Array:
@@ -110,9 +124,25 @@ def cross(a: Array, b: Array) -> Array:
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """R(q) v for quaternions (..., 4) and vectors (..., 3)."""
     q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+    if q.ndim == v.ndim == 1:
+        return _rotate_one(q, v)
     u = q[..., 1:]
     t = 2.0 * cross(u, v)
     return v + q[..., :1] * t + cross(u, t)
+
+
+def _rotate_one(q: Array, v: Array) -> Array:
+    """The same for one vector: plain numbers are faster than arrays of three."""
+    w, x, y, z = q.tolist()
+    a, b, c = v.tolist()
+    tx, ty, tz = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+    return np.array(
+        [
+            a + w * tx + y * tz - z * ty,
+            b + w * ty + z * tx - x * tz,
+            c + w * tz + x * ty - y * tx,
+        ]
+    )
 
 
 def exp_so3(phi: ArrayLike) -> Array:

@@ -68,6 +68,12 @@ ALL_MODES_BITS = 7
 """Every plannable mode allowed."""
 
 
+def _finite(array: NDArray[Any]) -> bool:
+    """Whether all numbers are finite; one dot product tells, unless the squares overflow."""
+    flat = array.ravel()
+    return math.isfinite(flat.dot(flat)) or bool(np.isfinite(array).all())
+
+
 def frozen_array(
     owner: object, name: str, value: ArrayLike, shape: tuple[int | None, ...], dtype: Any = float
 ) -> None:
@@ -85,7 +91,7 @@ def frozen_array(
         raise InvalidInput(
             f"{type(owner).__name__}.{name}: expected shape {want}, got {array.shape}"
         )
-    if array.dtype.kind == "f" and not np.isfinite(array).all():
+    if array.dtype.kind == "f" and not _finite(array):
         raise InvalidInput(
             f"{type(owner).__name__}.{name}: expected finite numbers, got {array.tolist()}"
         )

@@ -22,7 +22,7 @@ XML = """
   </worldbody>
 </mujoco>
 """
-SMALL = {"size": (160, 90), "samples": 0, "shadow": 0}
+SMALL = {"size": (160, 90), "oversample": 1.0, "shadow": 0}
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_pictures_larger_than_a_pipe_come_whole_from_unbuffered_children(
     """PYTHONUNBUFFERED takes the buffer from a child's standard output. A pipe then took
     64 KiB of a picture, the rest was dropped, and the video stopped at its last frame."""
     monkeypatch.setenv("PYTHONUNBUFFERED", "1")
-    picture = render_still(model, model.qpos0, size=(640, 360), samples=0, shadow=0)
+    picture = render_still(model, model.qpos0, size=(640, 360), oversample=1.0, shadow=0)
     assert picture.shape == (360, 640, 3)
 
 

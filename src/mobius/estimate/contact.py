@@ -8,7 +8,7 @@ observer gives it without differentiating rates,
 
 and two cranks give the force in the limb's plane, whose vertical part presses on the
 ground. Links count as point masses at crank pins, wrist or ankle and hand or foot.
-An arm's wrist sensor measures the same force beyond all that, less the gripper's weight.
+An arm's wrist sensor feels the same force beyond all that, less the gripper's weight.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
 
+from mobius.estimate.config import ContactConfig
 from mobius.estimate.limbs import LimbState, Vector, dot
 from mobius.model import LimbGeometry, limb_geometry
 from mobius.model import dimensions as dim
@@ -24,25 +25,7 @@ from mobius.model.servo import servo_of
 from mobius.types import LIMBS
 
 G = 9.81
-
-
-@dataclass(frozen=True)
-class ContactConfig:
-    """From force to probability."""
-
-    force: float = 6.0
-    """Vertical force [N] at which a limb may as well stand as swing; a quarter of the robot
-    weighs 25 N, and a swinging foot still feels some 4 N of its own inertia."""
-    hysteresis: float = 1.5
-    """A standing limb is let go this far below ``force``, a swinging one caught above [N]."""
-    width: float = 1.0
-    """Force [N] over which the probability changes e-fold."""
-    bandwidth: float = 160.0
-    """Of the momentum observer [rad/s]."""
-    wrist_bandwidth: float = 300.0
-    """Of the wrist force's low-pass [rad/s]."""
-    use_wrench: bool = True
-    """Arms: believe the wrist sensors; the servo torques where False."""
+"""[m/s^2]."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +70,8 @@ class TorqueForce:
     def __init__(self, name: str, bandwidth: float) -> None:
         self._load = _load_of(limb_geometry(name))
         self._bandwidth = bandwidth
-        self._p: tuple[float, float] | None = None
-        self._tau = (0.0, 0.0)
+        self._slow: tuple[float, float, float, float] | None = None
+        """Low-passed momenta and torques of both cranks."""
 
     def update(
         self, limb: LimbState, up: Vector, rate: Sequence[float], tau: Sequence[float], dt: float
@@ -102,38 +85,44 @@ class TorqueForce:
             tau: Their torques [N m].
             dt: Time since the last call [s].
         """
-        (a, b), load = limb.pins, self._load
-        (wa, wb), (ca, cb) = limb.wrist_drive, limb.contact_drive
-        k = load.hand_at
-        ha, hb = wa + k * (ca - wa), wb + k * (cb - wb)
-        slope = (limb.out.conjugate() * up[0]).real
-        lift = complex(-up[1], slope)  # height gained per metre down and out
-
-        def weight(moment: complex) -> float:
-            return G * (lift.conjugate() * moment).real
-
-        g = (
-            weight(load.pin_a * a + load.wrist * wa + load.hand * ha),
-            weight(load.pin_b * b + load.wrist * wb + load.hand * hb),
-        )
-        m_aa = load.rotor + load.pin_a * abs(a) ** 2 + load.wrist * abs(wa) ** 2
-        m_bb = load.rotor + load.pin_b * abs(b) ** 2 + load.wrist * abs(wb) ** 2
-        m_aa, m_bb = m_aa + load.hand * abs(ha) ** 2, m_bb + load.hand * abs(hb) ** 2
-        m_ab = (load.wrist * wa.conjugate() * wb + load.hand * ha.conjugate() * hb).real
-        p = (m_aa * rate[0] + m_ab * rate[1], m_ab * rate[0] + m_bb * rate[1])
-        free = (tau[0] - g[0], tau[1] - g[1])
-        if self._p is None:
-            self._p, self._tau = p, free
+        lift = complex(-up[1], (limb.out.conjugate() * up[0]).real)  # up, in down + i out
+        (g_a, g_b), (m_aa, m_ab, m_bb) = self._weight_and_inertia(limb, lift)
+        p_a = m_aa * rate[0] + m_ab * rate[1]
+        p_b = m_ab * rate[0] + m_bb * rate[1]
+        tau_a, tau_b = tau[0] - g_a, tau[1] - g_b
         K = self._bandwidth
-        blend = K * dt / (1 + K * dt)
-        self._p = tuple(o + blend * (n - o) for o, n in zip(self._p, p, strict=True))  # type: ignore[assignment]
-        self._tau = tuple(o + blend * (n - o) for o, n in zip(self._tau, free, strict=True))  # type: ignore[assignment]
-        push_a = K * (p[0] - self._p[0]) - self._tau[0]
-        push_b = K * (p[1] - self._p[1]) - self._tau[1]
-        det = (ca.conjugate() * cb).imag
-        # J^T f = push with columns ca, cb: f = i (push_b ca - push_a cb) / det
-        f = 1j * (push_b * ca - push_a * cb) / det
+        k = K * dt / (1 + K * dt)
+        s_pa, s_pb, s_ta, s_tb = self._slow or (p_a, p_b, tau_a, tau_b)
+        s_pa, s_pb = s_pa + k * (p_a - s_pa), s_pb + k * (p_b - s_pb)
+        s_ta, s_tb = s_ta + k * (tau_a - s_ta), s_tb + k * (tau_b - s_tb)
+        self._slow = (s_pa, s_pb, s_ta, s_tb)
+        push_a, push_b = K * (p_a - s_pa) - s_ta, K * (p_b - s_pb) - s_tb
+        # J^T f = push; J's columns are the drives a, b: f = i (push_b a - push_a b) / (a x b)
+        a, b = limb.contact_drive
+        det = (a.conjugate() * b).imag
+        if abs(det) < 1e-6:  # stretched out: the cranks do not feel every direction
+            return 0.0
+        f = 1j * (push_b * a - push_a * b) / det
         return (lift.conjugate() * f).real
+
+    def _weight_and_inertia(
+        self, limb: LimbState, lift: complex
+    ) -> tuple[tuple[float, float], tuple[float, float, float]]:
+        """Torques [N m] that carry the links, and M's aa, ab, bb [kg m^2]."""
+        (a, b), load = limb.pins, self._load
+        (wa, wb), (ca, cb), k = limb.wrist_drive, limb.contact_drive, load.hand_at
+        ha, hb = wa + k * (ca - wa), wb + k * (cb - wb)
+        moment_a = load.pin_a * a + load.wrist * wa + load.hand * ha
+        moment_b = load.pin_b * b + load.wrist * wb + load.hand * hb
+        m_aa = load.pin_a * abs(a) ** 2 + load.wrist * abs(wa) ** 2 + load.hand * abs(ha) ** 2
+        m_bb = load.pin_b * abs(b) ** 2 + load.wrist * abs(wb) ** 2 + load.hand * abs(hb) ** 2
+        m_ab = (load.wrist * wa.conjugate() * wb + load.hand * ha.conjugate() * hb).real
+        up = lift.conjugate()
+        return (G * (up * moment_a).real, G * (up * moment_b).real), (
+            load.rotor + m_aa,
+            m_ab,
+            load.rotor + m_bb,
+        )
 
 
 class ContactDetector:

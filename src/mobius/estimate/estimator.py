@@ -11,62 +11,24 @@ its track as a second odometer and re-anchors it after gaps and jumps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobius.errors import InvalidInput
-from mobius.estimate.contact import ContactConfig, ContactDetector
-from mobius.estimate.iekf import FilterNoise, InvariantFilter, rotation_of
-from mobius.estimate.limbs import LimbKinematics, LimbState, Vector, cross
-from mobius.geometry import mat_to_quat
+from mobius.estimate.config import EstimatorConfig
+from mobius.estimate.contact import ContactDetector
+from mobius.estimate.iekf import InvariantFilter
+from mobius.estimate.limbs import LimbKinematics, LimbState, Vector, cross, dot
+from mobius.estimate.rotations import rotation_of, yaw_of
+from mobius.geometry import mat_to_quat, wrap_angle
 from mobius.model import LIMB_JOINTS, limb_geometry
 from mobius.types import LIMBS, Pose, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
 MAX_STEP = 0.1
 """Longest time between two frames that is integrated [s]."""
-
-
-@dataclass(frozen=True)
-class EstimatorConfig:
-    """What the estimator believes of its sources."""
-
-    noise: FilterNoise = field(default_factory=FilterNoise)
-    contact: ContactConfig = field(default_factory=ContactConfig)
-    slip: float = 0.6
-    """Leg odometry of one standing limb, one frame [m/s]: 5 cm/s of slip that lasts 0.04 s."""
-    slip_gate: float = 0.10
-    """Speed of a limb's contact point over the ground [m/s] that costs it its weight."""
-    lost_gate: float = 5.0
-    """A limb off by this many gates is not standing at all."""
-    camera_latency: float = 0.0075
-    """Age of the camera's pose when it arrives [s]."""
-    camera_position: float = 0.004
-    """Noise of the camera's position, horizontal [m]."""
-    camera_height: float = 0.01
-    """And vertical [m]."""
-    camera_tilt: float = 0.3
-    """Noise of its roll and pitch, one pose [rad]: 0.5 deg that last 0.5 s and more."""
-    camera_yaw: float = 0.12
-    """Noise of its yaw, one pose [rad]."""
-    camera_jump: float = 0.010
-    """How far its heading may turn while it is lost [rad]."""
-    camera_gap: float = 0.03
-    """Silence [s] after which the camera was lost."""
-    camera_gate: float = 25.0
-    """Squared Mahalanobis distance (6 numbers) beyond which a pose is not used."""
-    camera_patience: int = 6
-    """Poses in a row beyond the gate after which the camera has jumped."""
-    ground: float | None = 0.2
-    """Standing limbs are at height zero, noise of one frame [m]; None off flat floors."""
-    rest_rate: float = 0.03
-    """Joint rates below this, all limbs standing, mean that the robot rests [rad/s]."""
-    rest_gyro: float = 0.01
-    """How still it rests: noise of one reading of the gyroscope [rad/s]."""
-    every: int = 2
-    """Frames per correction: 150 Hz. The IMU is integrated, and the belief said, every frame."""
 
 
 class Estimator:
@@ -77,6 +39,12 @@ class Estimator:
         self._kinematics = [LimbKinematics(limb_geometry(name)) for name in LIMBS]
         self._joints = [LIMB_JOINTS[name] for name in LIMBS]
         self._filter: InvariantFilter | None = None
+        self.slip = [np.nan] * len(LIMBS)
+        """Speed of each standing limb's contact point over the ground [m/s], order LIMBS; NaN
+        where it swings. With :attr:`height` it tells a false contact (fast, high) from wrong
+        kinematics (slow, off the ground for good)."""
+        self.height = [0.0] * len(LIMBS)
+        """Believed height of each limb's contact point [m], order LIMBS."""
 
     @property
     def filter(self) -> InvariantFilter:
@@ -95,7 +63,7 @@ class Estimator:
         self._standing = [0.0] * len(LIMBS)
         self._pose: tuple[float, Pose] | None = None
         self._camera_p: Array | None = None
-        self._camera_stamp, self._refused = float(stamp), 0
+        self._camera_stamp, self._refused, self._disowned = float(stamp), 0, 0
         N = np.array([c.camera_tilt, c.camera_tilt, c.camera_yaw, 0.0, 0.0, c.camera_height])
         N[3:5] = c.camera_position
         self._camera_noise = np.diag(N**2)
@@ -126,7 +94,7 @@ class Estimator:
             q_OB=mat_to_quat(belief.R),
             v_B=belief.v @ belief.R,
             w_B=frame.gyro_I - belief.gyro_bias,
-            contact=self._standing,
+            contact=np.array(self._standing),
             cov=belief.covariance(),
         )
 
@@ -157,6 +125,8 @@ class Estimator:
             wrench_S=frame.wrench_S.tolist(),
             dt=self._since,
         )
+        z = float(self.filter.p[2])
+        self.height = [z + dot(up, limb.contact) for limb in limbs]
         return limbs
 
     def _leg_odometry(self, limbs: list[LimbState], w_B: Array) -> None:
@@ -167,12 +137,14 @@ class Estimator:
         vx, vy, vz = (belief.v @ belief.R).tolist()
         unsure = belief.P.item(3, 3) + belief.P.item(4, 4) + belief.P.item(5, 5)
         total, flat, up, foot_xy, foot_z = 0.0, 0j, 0.0, 0j, 0.0
-        for limb, p in zip(limbs, self._standing, strict=True):
+        for i, (limb, p) in enumerate(zip(limbs, self._standing, strict=True)):
             if p < 0.5:
+                self.slip[i] = np.nan
                 continue
             turned = cross(spin, limb.contact)
             xy, z = -(turned[0] + limb.velocity[0]), -(turned[1] + limb.velocity[1])
             slip2 = abs(xy - complex(vx, vy)) ** 2 + (z - vz) ** 2
+            self.slip[i] = sqrt(slip2)
             ratio = slip2 / (c.slip_gate**2 + unsure)
             if ratio > c.lost_gate**2:
                 continue
@@ -181,13 +153,17 @@ class Estimator:
             flat, up = flat + weight * xy, up + weight * z
             foot_xy, foot_z = foot_xy + weight * limb.contact[0], foot_z + weight * limb.contact[1]
         if total == 0.0:
+            self._disowned += max(self._standing) >= 0.5
+            if self._disowned >= c.legs_patience:
+                belief.doubt_velocity(c.doubt**2)
+                self._disowned = 0
             return
-        flat, up = flat / total, up / total
-        belief.correct_velocity(np.array([flat.real, flat.imag, up]), c.slip**2 / total)
+        self._disowned = 0
+        v_B = np.array([flat.real, flat.imag, up]) / total
+        belief.correct_velocity(v_B, c.slip**2 / total)
         if c.ground is not None:
-            foot_xy, foot_z = foot_xy / total, foot_z / total
-            point = np.array([foot_xy.real, foot_xy.imag, foot_z])
-            belief.correct_height(point, c.ground**2)
+            point_B = np.array([foot_xy.real, foot_xy.imag, foot_z]) / total
+            belief.correct_height(point_B, c.ground**2)
 
     def _camera(self, w_B: Array) -> None:
         """Follow the camera's track; put it back on ours when it was lost or has jumped."""
@@ -199,20 +175,25 @@ class Estimator:
         R_VB = rotation_of(pose.q)
         last, self._camera_p = self._camera_p, pose.p
         silence, self._camera_stamp = stamp - self._camera_stamp, stamp
-        if last is None or silence > c.camera_gap or self._refused >= c.camera_patience:
-            belief.anchor_camera(
-                latency,
-                position_variance=c.camera_position**2,
-                yaw_variance=c.camera_jump**2,
-                yaw=yaw_of(belief.R @ R_VB.T) if last is None else None,
+        contradicted = self._refused >= c.camera_patience
+        if last is not None and silence <= c.camera_gap and not contradicted:
+            belief.move_camera(pose.p - last)
+            distance = belief.correct_camera(
+                R_VB, w_B, latency, N=self._camera_noise, gate=c.camera_gate
             )
-            self._refused = 0
+            self._refused = self._refused + 1 if distance > c.camera_gate else 0
             return
-        belief.move_camera(pose.p - last)
-        distance = belief.correct_camera(
-            R_VB, w_B, latency, N=self._camera_noise, gate=c.camera_gate
+        if contradicted:
+            belief.doubt_velocity(c.doubt**2)
+        heading = yaw_of(belief.R @ R_VB.T)
+        turned = abs(float(wrap_angle(heading - belief.rest[9]))) > c.camera_turn
+        belief.anchor_camera(
+            latency,
+            position_variance=c.camera_position**2,
+            yaw_variance=c.camera_jump**2,
+            yaw=heading if last is None or turned else None,
         )
-        self._refused = self._refused + 1 if distance > c.camera_gate else 0
+        self._refused = 0
 
     def _rest(self, frame: SensorFrame) -> None:
         """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
@@ -221,8 +202,3 @@ class Estimator:
         self._resting = self._resting + self._since if still else 0.0
         if self._resting > 0.2:
             self.filter.correct_rest(frame.gyro_I, c.rest_gyro**2)
-
-
-def yaw_of(R: Array) -> float:
-    """Heading [rad] of the rotation about z nearest to a rotation matrix (3, 3)."""
-    return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))

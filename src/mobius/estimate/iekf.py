@@ -25,13 +25,14 @@ the camera is never a jump of the belief.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobius.geometry import quat_to_mat, skew
+from mobius.estimate.config import FilterNoise
+from mobius.estimate.rotations import exp_so3, left_jacobian, rotation_of, small_log
+from mobius.geometry import skew
 
 Array = NDArray[np.float64]
 
@@ -42,84 +43,6 @@ SIZE = 19
 GRAVITY = np.array([0.0, 0.0, -9.81])
 _GRAVITY_CROSS = skew(GRAVITY)
 _EYE3 = np.eye(3)
-
-
-@dataclass(frozen=True)
-class FilterNoise:
-    """How much the filter trusts its devices and its start. Densities are per root hertz."""
-
-    gyro: float = 4e-4
-    """[rad/s/sqrt(Hz)], with the error of integrating at 300 Hz."""
-    accel: float = 0.04
-    """[m/s^2/sqrt(Hz)]; foot strikes shorter than a sample count for more than the chip."""
-    gyro_bias: float = 5e-5
-    """Random walk [rad/s/sqrt(s)]."""
-    accel_bias: float = 1e-3
-    """Random walk [m/s^2/sqrt(s)]."""
-    camera_walk: float = 0.01
-    """Drift of the camera's position per root metre travelled [m/sqrt(m)]."""
-    camera_yaw_walk: float = 0.002
-    """Drift of the camera's heading per root metre travelled [rad/sqrt(m)]."""
-    start_tilt: float = 0.02
-    """[rad]."""
-    start_yaw: float = 0.005
-    """[rad]."""
-    start_position: float = 0.005
-    """[m]."""
-    start_velocity: float = 0.05
-    """[m/s]."""
-    start_gyro_bias: float = 0.005
-    """[rad/s]."""
-    start_accel_bias: float = 0.05
-    """[m/s^2]."""
-
-
-def exp_so3(x: float, y: float, z: float) -> Array:
-    """Rotation matrix (3, 3) of one rotation vector [rad], in floats."""
-    angle2 = x * x + y * y + z * z
-    if angle2 < 1e-4:  # series to the order of double precision at 0.01 rad
-        a, b = 1 - angle2 * (1 / 6 - angle2 / 120), 0.5 - angle2 * (1 / 24 - angle2 / 720)
-    else:
-        angle = sqrt(angle2)
-        a, b = sin(angle) / angle, (1 - cos(angle)) / angle2
-    xy, xz, yz = b * x * y, b * x * z, b * y * z
-    return np.array(
-        [
-            [1 - b * (y * y + z * z), xy - a * z, xz + a * y],
-            [xy + a * z, 1 - b * (x * x + z * z), yz - a * x],
-            [xz - a * y, yz + a * x, 1 - b * (x * x + y * y)],
-        ]
-    )
-
-
-def left_jacobian(x: float, y: float, z: float) -> Array:
-    """Left Jacobian (3, 3) of SO(3) at one rotation vector [rad]: J = int_0^1 exp(s phi) ds."""
-    angle2 = x * x + y * y + z * z
-    if angle2 < 1e-4:
-        b, c = 0.5 - angle2 * (1 / 24 - angle2 / 720), 1 / 6 - angle2 * (1 / 120 - angle2 / 5040)
-    else:
-        angle = sqrt(angle2)
-        b, c = (1 - cos(angle)) / angle2, (1 - sin(angle) / angle) / angle2
-    xy, xz, yz = c * x * y, c * x * z, c * y * z
-    return np.array(
-        [
-            [1 - c * (y * y + z * z), xy - b * z, xz + b * y],
-            [xy + b * z, 1 - c * (x * x + z * z), yz - b * x],
-            [xz - b * y, yz + b * x, 1 - c * (x * x + y * y)],
-        ]
-    )
-
-
-def rotation_of(q: Array) -> Array:
-    """Rotation matrix (3, 3) of one quaternion (4,) wxyz; geometry's serves batches."""
-    w, x, y, z = q.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 class InvariantFilter:
@@ -137,7 +60,7 @@ class InvariantFilter:
     def __init__(self, p_OB: ArrayLike, q_OB: ArrayLike, noise: FilterNoise | None = None) -> None:
         """Start at rest at a known pose: p_OB (3,) [m], q_OB (4,) wxyz."""
         n = self.noise = noise or FilterNoise()
-        self.R: Array = quat_to_mat(q_OB)
+        self.R: Array = rotation_of(np.asarray(q_OB, dtype=float))
         self.v, self.p = np.zeros(3), np.array(p_OB, dtype=float)
         self.rest = np.array([0.0] * 6 + [*self.p, 0.0])
         tilt, yaw = n.start_tilt**2, n.start_yaw**2
@@ -258,6 +181,10 @@ class InvariantFilter:
         """The trunk does not turn while the gyro says (3,) [rad/s]; variance [rad^2/s^2]."""
         return self.correct(_H_GYRO, gyro - self.rest[0:3], variance * _EYE3)
 
+    def doubt_velocity(self, variance: float) -> None:
+        """What the sources say contradicts the velocity: let them move it; [m^2/s^2]."""
+        self.P[VEL, VEL] += variance * _EYE3
+
     # -- camera --------------------------------------------------------------------------
 
     def _past(self, latency: float) -> tuple[Array, Array]:
@@ -348,19 +275,13 @@ class InvariantFilter:
     # -- what it believes ----------------------------------------------------------------
 
     def covariance(self) -> Array:
-        """(12, 12) of rotation vector (axes of O), p_OB, w_B and v_B; gyro noise not included."""
+        """(12, 12) of rotation vector (axes of O), p_OB, w_B and v_B."""
         M = self._to_belief
         M[3:6, PHI] = -self._cross_matrices()[1]
         M[9:12, VEL] = self.R.T
-        return M @ self.P @ M.T
-
-
-def small_log(R: Array) -> Array:
-    """Rotation vector (3,) of a rotation well below a quarter turn: series of the arc sine."""
-    (_, b, c), (d, _, f), (g, h, _) = R.tolist()
-    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
-    s2 = x * x + y * y + z * z
-    return (1 + s2 / 6 + 0.075 * s2 * s2) * np.array([x, y, z])
+        cov: Array = M @ self.P @ M.T
+        cov.ravel()[6 * 13 : 9 * 13 : 13] += self.noise.gyro_reading**2
+        return cov
 
 
 _H_VELOCITY = np.eye(SIZE)[VEL]

@@ -95,7 +95,7 @@ class LimbKinematics:
         EC = complex(a, sqrt(max(joint2 / d2 - a * a, 0.0))) * EB
         ET = self._to_T * EC
         u = EC - EB
-        den = (EC.conjugate() * u).imag
+        den = (EC.conjugate() * u).imag or 1e-9  # never 0 but where the loop folds flat
         turn_a, turn_b = (B.conjugate() * u).imag / den, -(FE.conjugate() * u).imag / den
         Ja, Jb = 1j * ET * turn_a, 1j * (ET * turn_b + FE)
 

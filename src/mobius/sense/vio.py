@@ -81,15 +81,14 @@ class VioModel:
 
     def corrupt(self, pose: Pose, stamp: float) -> Pose | None:
         """What the camera says at ``stamp`` [s] while the trunk is at ``pose``, if anything."""
-        c, q = self.parameters, pose.q.tolist()
+        c = self.parameters
+        x, y, z = pose.p.tolist()
         draw = self._rng.standard_normal(10).tolist()
         if self._true is None:
-            self._true = self._place = tuple(pose.p.tolist())
-            self._turn = tuple(c.orientation * x for x in draw[7:10])  # type: ignore[assignment]
+            self._true = self._place = (x, y, z)
+            self._turn = (c.orientation * draw[7], c.orientation * draw[8], c.orientation * draw[9])
             self._stamp = stamp
-        self._advance(tuple(pose.p.tolist()), stamp, draw)
-        half = 0.5 * self.yaw_error
-        yawed = _product((cos(half), 0.0, 0.0, sin(half)), q)
+        self._advance((x, y, z), self._true, stamp, draw)
         if self._is_silent(stamp):
             self._lost = True
             self._track.clear()
@@ -97,25 +96,26 @@ class VioModel:
         if self._lost:
             self._jump()
             self._lost = False
+        half = 0.5 * self.yaw_error
+        yawed = _product((cos(half), 0.0, 0.0, sin(half)), pose.q.tolist())
         self._track.append((stamp, self._place, yawed))
-        p, late = self._at(stamp - c.latency)
-        x, y, z = (0.5 * a for a in self._turn)
-        said = _product(late, (1.0, x, y, z))
-        norm = 1.0 / sqrt(sum(a * a for a in said))
+        (x, y, z), late = self._at(stamp - c.latency)
+        a, b, d = self._turn
+        qw, qx, qy, qz = _product(late, (1.0, 0.5 * a, 0.5 * b, 0.5 * d))
+        unit = 1.0 / sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
+        k = c.position
         return Pose(
-            p=[a + c.position * n for a, n in zip(p, draw[4:7], strict=True)],  # type: ignore[arg-type]
-            q=[norm * a for a in said],  # type: ignore[arg-type]
+            p=np.array([x + k * draw[4], y + k * draw[5], z + k * draw[6]]),
+            q=np.array([unit * qw, unit * qx, unit * qy, unit * qz]),
         )
 
-    def _advance(self, true: Point, stamp: float, draw: list[float]) -> None:
+    def _advance(self, true: Point, last: Point, stamp: float, draw: list[float]) -> None:
         """One step of the camera's dead reckoning and of its attitude noise."""
-        c, last = self.parameters, self._true
-        assert last is not None
-        dt = stamp - self._stamp
-        dx, dy, dz = (a - b for a, b in zip(true, last, strict=True))
-        way = sqrt(sqrt(dx * dx + dy * dy + dz * dz))  # the root of the way
-        self.yaw_error += c.yaw_rate * dt + c.yaw_drift * way * draw[3]
-        cy, sy, k, walk = cos(self.yaw_error), sin(self.yaw_error), 1.0 + c.scale, c.drift * way
+        c, dt = self.parameters, stamp - self._stamp
+        dx, dy, dz = true[0] - last[0], true[1] - last[1], true[2] - last[2]
+        root = sqrt(sqrt(dx * dx + dy * dy + dz * dz))  # of the way
+        self.yaw_error += c.yaw_rate * dt + c.yaw_drift * root * draw[3]
+        cy, sy, k, walk = cos(self.yaw_error), sin(self.yaw_error), 1.0 + c.scale, c.drift * root
         x, y, z = self._place
         self._place = (
             x + k * (cy * dx - sy * dy) + walk * draw[0],
@@ -131,7 +131,7 @@ class VioModel:
             keep * d + fresh * draw[9],
         )
         self._true, self._stamp = true, stamp
-        if self._rng.random() < c.dropout_rate * dt and stamp >= self._silent_until:
+        if stamp >= self._silent_until and self._rng.random() < c.dropout_rate * dt:
             self._silent_until = stamp + self._rng.uniform(*c.dropout_time)
 
     def _is_silent(self, stamp: float) -> bool:
@@ -153,9 +153,14 @@ class VioModel:
                 if span <= 0.0:
                     return before[1:]
                 k = (stamp - before[0]) / span
-                p = tuple(a + k * (b - a) for a, b in zip(before[1], after[1], strict=True))
-                q = tuple(a + k * (b - a) for a, b in zip(before[2], after[2], strict=True))
-                return p, q  # type: ignore[return-value]
+                (x, y, z), (w, a, b, c) = before[1:]
+                (x1, y1, z1), (w1, a1, b1, c1) = after[1:]
+                return (x + k * (x1 - x), y + k * (y1 - y), z + k * (z1 - z)), (
+                    w + k * (w1 - w),
+                    a + k * (a1 - a),
+                    b + k * (b1 - b),
+                    c + k * (c1 - c),
+                )
             after = before
         return after[1:]
 

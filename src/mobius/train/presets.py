@@ -110,7 +110,7 @@ class Preset:
     desired_kl: float = 0.02
     gamma: float = 0.98
     lam: float = 0.95
-    entropy: float = 0.003
+    entropy: float = 0.002
     init_std: float = 0.6
     actor: tuple[int, ...] = (128, 128, 128)
     critic: tuple[int, ...] = (128, 128, 128)
@@ -154,7 +154,7 @@ class Preset:
         )
 
 
-_FAST = Preset(EnvConfig(), num_envs=512, steps=7_000_000)
+_FAST = Preset(EnvConfig(), num_envs=512, steps=5_000_000)
 
 PRESETS: dict[tuple[str, str], Preset] = {
     ("crawl", "fast"): _FAST,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 __all__ = ["Painter"]
 
 _LIGHT_DISTANCE = 4.0
-_SHADOW_REACH = 4.0
+_SHADOW_REACH = 3.5
 """Shadows are cast this far around the robot [m]."""
 _SLICES, _STACKS = 12, 6
 
@@ -29,8 +29,8 @@ class Painter:
     Args:
         model: Robot and scene; its visual quality settings are overwritten.
         size: Width and height [px].
-        samples: Samples per pixel against jagged edges.
         shadow: Edge of the shadow map [px]; 0 draws no shadows.
+        text_scale: Size of captions, 100, 150, 200, 250 or 300 [%].
         max_geoms: Room for what is drawn beside the model.
     """
 
@@ -39,19 +39,20 @@ class Painter:
         model: mujoco.MjModel,
         size: tuple[int, int],
         *,
-        samples: int = 4,
-        shadow: int = 2048,
+        shadow: int,
+        text_scale: int = 100,
         max_geoms: int = 0,
     ) -> None:
         quality, screen = model.vis.quality, model.vis.global_
-        quality.offsamples, quality.shadowsize = samples, max(shadow, 1)
+        # Without a graphics card multisampling costs more than a larger picture made small.
+        quality.offsamples, quality.shadowsize = 0, max(shadow, 1)
         # Round things of a robot are small on the screen: few facets, twice the speed.
         quality.numslices, quality.numstacks = _SLICES, _STACKS
         screen.offwidth, screen.offheight = size
         model.vis.map.shadowclip = _SHADOW_REACH / model.stat.extent
         self._gl = mujoco.GLContext(*size)
         self._gl.make_current()
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        self._context = mujoco.MjrContext(model, text_scale)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._model, self._data = model, mujoco.MjData(model)
         self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
@@ -135,7 +136,7 @@ class Painter:
 
 
 def _probe() -> None:
-    painter = Painter(mujoco.MjModel.from_xml_string("<mujoco/>"), (8, 8), samples=0, shadow=0)
+    painter = Painter(mujoco.MjModel.from_xml_string("<mujoco/>"), (8, 8), shadow=0)
     painter.draw(np.zeros(0), np.array([0, 0, 0, 1, 0, -1.0]), boxes=np.zeros((0, 19)))
     painter.close()
 
@@ -144,8 +145,10 @@ def _work(folder: Path, index: int, count: int) -> None:
     job = np.load(folder / "job.npz")
     model = mujoco.MjModel.from_binary_path(str(folder / "model.mjb"))
     qpos, camera, boxes, shown = job["qpos"], job["camera"], job["boxes"], job["shown"]
-    width, height, samples, shadow = (int(v) for v in job["picture"])
-    painter = Painter(model, (width, height), samples=samples, shadow=shadow, max_geoms=len(boxes))
+    width, height, shadow, text_scale = (int(v) for v in job["picture"])
+    painter = Painter(
+        model, (width, height), shadow=shadow, text_scale=text_scale, max_geoms=len(boxes)
+    )
     # Not sys.stdout.buffer: under PYTHONUNBUFFERED it has no buffer, and a pipe takes less
     # than a picture at a time.
     with open(sys.stdout.fileno(), "wb", closefd=False) as pipe:

@@ -19,6 +19,7 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
 
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import copy_atomic
@@ -41,14 +42,14 @@ def render_video(
     qpos_fps: float = 30.0,
     fps: float = 20.0,
     speed: float = 1.0,
-    size: tuple[int, int] = (854, 480),
+    size: tuple[int, int] = (960, 540),
     plan_xy: ArrayLike | None = None,
     plan_modes: Sequence[str] | None = None,
     path_true: ArrayLike | None = None,
     captions: Sequence[str] | None = None,
     camera: ChaseCamera | None = None,
-    samples: int = 4,
-    shadow: int = 2048,
+    oversample: float = 4 / 3,
+    shadow: int = 1536,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
@@ -68,7 +69,7 @@ def render_video(
             painted as far as the robot has come.
         captions: m lines for the lower left corner.
         camera: How the camera follows.
-        samples: Samples per pixel against jagged edges.
+        oversample: Drawn so many times larger, then made small, against jagged edges.
         shadow: Edge of the shadow map [px], 0 for no shadows.
         workers: Drawing children; one per core, at most four, by default.
         progress: Called with frames done and frames in all.
@@ -80,16 +81,17 @@ def render_video(
     path, rows = Path(path), _configurations(model, qpos)
     if path.suffix != ".mp4":
         raise InvalidInput(f"{path}: expected a file name ending in .mp4")
-    _check(size, {"qpos_fps": qpos_fps, "fps": fps, "speed": speed})
+    _check(size, {"qpos_fps": qpos_fps, "fps": fps, "speed": speed, "oversample": oversample})
     frames, source = resample(model, rows, qpos_fps=qpos_fps, fps=fps, speed=speed)
     boxes, shown = _paint(model, rows[0], plan_xy, plan_modes, path_true, source / len(rows))
+    large = _enlarged(size, oversample)
     job = {
         "qpos": frames,
         "camera": chase(model, frames, speed / fps, camera=camera or ChaseCamera()),
         "boxes": boxes,
         "shown": shown,
         "captions": _captions(captions, len(rows), source),
-        "picture": np.array([*size, samples, shadow]),
+        "picture": np.array([*large, shadow, _text_scale(oversample)]),
     }
     backend = gl_backend()
     with tempfile.TemporaryDirectory(prefix="mobius-video-") as name:
@@ -97,8 +99,8 @@ def render_video(
         _save_job(folder, model, job)
         count = min(workers or min(os.cpu_count() or 1, 4), len(frames))
         whole = folder / "video.mp4"
-        with _encoder(whole, size, fps) as encode:
-            for done, picture in enumerate(_draw(folder, len(frames), size, count, backend), 1):
+        with _encoder(whole, large, size, fps) as encode:
+            for done, picture in enumerate(_draw(folder, len(frames), large, count, backend), 1):
                 encode(picture)
                 if progress is not None:
                     progress(done, len(frames))
@@ -115,7 +117,7 @@ def render_still(
     path_true: ArrayLike | None = None,
     caption: str = "",
     camera: ChaseCamera | None = None,
-    samples: int = 8,
+    oversample: float = 2.0,
     shadow: int = 4096,
 ) -> NDArray[np.uint8]:
     """One picture of one configuration, (height, width, 3) bytes, row 0 on top.
@@ -129,28 +131,29 @@ def render_still(
         path_true: (p, 2) [m], painted whole.
         caption: Line for the lower left corner.
         camera: Where from.
-        samples: Samples per pixel against jagged edges.
+        oversample: Drawn so many times larger, then made small, against jagged edges.
         shadow: Edge of the shadow map [px], 0 for no shadows.
 
     Raises:
         NoOpenGL: Nothing can be drawn here.
     """
     rows = _configurations(model, np.asarray(qpos, dtype=float)[None])
-    _check(size, {})
+    _check(size, {"oversample": oversample})
     boxes, _ = _paint(model, rows[0], plan_xy, plan_modes, path_true, np.ones(1))
+    large = _enlarged(size, oversample)
     job = {
         "qpos": rows,
         "camera": chase(model, rows, 1.0, camera=camera or ChaseCamera()),
         "boxes": boxes,
         "shown": np.array([len(boxes)]),
         "captions": np.array([caption]),
-        "picture": np.array([*size, samples, shadow]),
+        "picture": np.array([*large, shadow, _text_scale(oversample)]),
     }
     backend = gl_backend()
     with tempfile.TemporaryDirectory(prefix="mobius-still-") as name:
         _save_job(Path(name), model, job)
-        (picture,) = _draw(Path(name), 1, size, 1, backend)
-    return np.frombuffer(picture, dtype=np.uint8).reshape(size[1], size[0], 3)
+        (picture,) = _draw(Path(name), 1, large, 1, backend)
+    return np.asarray(Image.frombytes("RGB", large, picture).resize(size, Image.Resampling.BOX))
 
 
 def resample(
@@ -188,6 +191,16 @@ def _check(size: tuple[int, int], positive: dict[str, float]) -> None:
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"video: expected {name} > 0, got {value}")
+
+
+def _enlarged(size: tuple[int, int], oversample: float) -> tuple[int, int]:
+    """Width and height [px] to draw at, even."""
+    return 2 * round(size[0] * oversample / 2), 2 * round(size[1] * oversample / 2)
+
+
+def _text_scale(oversample: float) -> int:
+    """Scale of captions [%] that comes out as 100 % once the picture is made small."""
+    return int(np.clip(50 * round(2 * oversample), 100, 300))
 
 
 def _captions(captions: Sequence[str] | None, m: int, source: Array) -> NDArray[np.str_]:
@@ -260,18 +273,23 @@ def _draw(
 
 
 @contextlib.contextmanager
-def _encoder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Callable[[bytes], None]]:
+def _encoder(
+    path: Path, large: tuple[int, int], size: tuple[int, int], fps: float
+) -> Iterator[Callable[[bytes], None]]:
     """A function that takes the next frame; the file is finished when the block ends."""
     writer = imageio_ffmpeg.write_frames(
         str(path),
-        size,
+        large,
         fps=fps,
         codec="libx264",
         pix_fmt_out="yuv420p",
         quality=None,
         macro_block_size=2,
         ffmpeg_log_level="error",
-        output_params=["-crf", _CRF, "-preset", "veryfast", "-movflags", "+faststart"],
+        output_params=[
+            *("-vf", f"scale={size[0]}:{size[1]}:flags=area"),
+            *("-crf", _CRF, "-preset", "veryfast", "-movflags", "+faststart"),
+        ],
     )
     writer.send(None)
     try:
