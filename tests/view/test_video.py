@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput, MobiusError
-from mobius.view import video
+from mobius.view import drawing
 from mobius.view.gl import NoOpenGL, gl_available
 from mobius.view.palette import MODE_COLOURS, rgb
 from mobius.view.video import ChaseCamera, render_still, render_video, resample
@@ -85,6 +85,7 @@ def test_one_configuration_is_a_video_of_one_frame(model):
     [
         ({"size": (161, 90)}, r"even width and height \[px\], got \(161, 90\)"),
         ({"fps": 0.0}, r"expected fps > 0, got 0\.0"),
+        ({"oversample": -1.0}, r"expected oversample > 0, got -1\.0"),
         ({"speed": float("nan")}, "expected speed > 0, got nan"),
         ({"captions": ["a"]}, "expected 31 captions, one per qpos, got 1"),
     ],
@@ -186,7 +187,7 @@ def test_a_child_that_dies_is_one_line_and_leaves_no_video(
     model, ride, needs_gl, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
-        video, "worker_command", lambda *_: ["sh", "-c", "echo 'card lost' >&2; exit 3"]
+        drawing, "worker_command", lambda *_: ["sh", "-c", "echo 'card lost' >&2; exit 3"]
     )
     with pytest.raises(MobiusError, match="drawing stopped at frame 0 of 21: card lost"):
         render_video(tmp_path / "video.mp4", model, ride, **SMALL)

@@ -138,7 +138,7 @@ def _iterate(vec: RslVecEnv, learner: PPO, horizon: int) -> dict[str, float]:
     losses = learner.update()
     figures = {k.strip("/"): float(np.mean([log[k] for log in logs])) for k in logs[0]}
     figures["reward"] = reward
-    figures["action_std"] = float(learner.get_policy().output_std.mean())
+    figures["action_std"] = float(learner.get_policy().output_std.detach().mean())
     figures.update({f"loss/{k}": float(v) for k, v in losses.items()})
     return figures
 

@@ -154,7 +154,7 @@ class Preset:
         )
 
 
-_FAST = Preset(EnvConfig(), num_envs=512, steps=5_000_000)
+_FAST = Preset(EnvConfig(), num_envs=512, steps=4_000_000)
 
 PRESETS: dict[tuple[str, str], Preset] = {
     ("crawl", "fast"): _FAST,

@@ -1,4 +1,4 @@
-"""The child process that draws. Started by :mod:`mobius.view.video`, never imported by it.
+"""The child process that draws. Started by :mod:`mobius.view.drawing`, never imported by it.
 
 ``python -m mobius.view.render_worker --probe`` draws one pixel and says whether that
 worked. ``... JOB INDEX COUNT`` draws every COUNT-th frame of the job folder from INDEX on
@@ -145,7 +145,9 @@ def _work(folder: Path, index: int, count: int) -> None:
     job = np.load(folder / "job.npz")
     model = mujoco.MjModel.from_binary_path(str(folder / "model.mjb"))
     qpos, camera, boxes, shown = job["qpos"], job["camera"], job["boxes"], job["shown"]
-    width, height, shadow, text_scale = (int(v) for v in job["picture"])
+    width, height, shadow, text_scale = (
+        int(job[name]) for name in ("width", "height", "shadow", "text_scale")
+    )
     painter = Painter(
         model, (width, height), shadow=shadow, text_scale=text_scale, max_geoms=len(boxes)
     )

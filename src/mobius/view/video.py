@@ -1,19 +1,15 @@
 """Video and stills of a run, drawn in child processes and encoded as H.264.
 
-The frames are dealt out to a few drawing children like cards; this process takes them
-back in turn and hands them to ffmpeg. The file appears under its name only when it is
-whole. Drawing needs OpenGL (software is enough): see :mod:`mobius.view.gl`.
+The file appears under its name only when it is whole. Drawing needs OpenGL (software is
+enough): see :mod:`mobius.view.gl`.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
-import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import imageio_ffmpeg
 import mujoco
@@ -24,7 +20,8 @@ from PIL import Image
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import copy_atomic
 from mobius.view.camera import ChaseCamera, chase
-from mobius.view.gl import NoOpenGL, gl_backend, last_line, worker_command
+from mobius.view.drawing import Job, draw
+from mobius.view.gl import NoOpenGL
 from mobius.view.paint import NO_BOXES, floor_height, plan_boxes, trail_boxes
 
 __all__ = ["ChaseCamera", "NoOpenGL", "render_still", "render_video", "resample"]
@@ -81,26 +78,22 @@ def render_video(
     path, rows = Path(path), _configurations(model, qpos)
     if path.suffix != ".mp4":
         raise InvalidInput(f"{path}: expected a file name ending in .mp4")
-    _check(size, {"qpos_fps": qpos_fps, "fps": fps, "speed": speed, "oversample": oversample})
+    _check(size, qpos_fps=qpos_fps, fps=fps, speed=speed, oversample=oversample)
     frames, source = resample(model, rows, qpos_fps=qpos_fps, fps=fps, speed=speed)
     boxes, shown = _paint(model, rows[0], plan_xy, plan_modes, path_true, source / len(rows))
-    large = _enlarged(size, oversample)
-    job = {
-        "qpos": frames,
-        "camera": chase(model, frames, speed / fps, camera=camera or ChaseCamera()),
-        "boxes": boxes,
-        "shown": shown,
-        "captions": _captions(captions, len(rows), source),
-        "picture": np.array([*large, shadow, _text_scale(oversample)]),
-    }
-    backend = gl_backend()
-    with tempfile.TemporaryDirectory(prefix="mobius-video-") as name:
-        folder = Path(name)
-        _save_job(folder, model, job)
-        count = min(workers or min(os.cpu_count() or 1, 4), len(frames))
-        whole = folder / "video.mp4"
-        with _encoder(whole, large, size, fps) as encode:
-            for done, picture in enumerate(_draw(folder, len(frames), large, count, backend), 1):
+    job = Job(
+        qpos=frames,
+        camera=chase(model, frames, speed / fps, camera=camera or ChaseCamera()),
+        boxes=boxes,
+        shown=shown,
+        captions=_captions(captions, len(rows), source),
+        shadow=shadow,
+        **_enlarged(size, oversample),
+    )
+    with tempfile.TemporaryDirectory(prefix="mobius-video-") as folder:
+        whole = Path(folder) / "video.mp4"
+        with _encoder(whole, (job.width, job.height), size, fps) as encode:
+            for done, picture in enumerate(draw(model, job, workers=workers), 1):
                 encode(picture)
                 if progress is not None:
                     progress(done, len(frames))
@@ -125,7 +118,7 @@ def render_still(
     Args:
         model: Robot and scene, with one free joint to look at.
         qpos: (nq,).
-        size: Width and height [px].
+        size: Width and height [px], both even.
         plan_xy: As for :func:`render_video`.
         plan_modes: As for :func:`render_video`.
         path_true: (p, 2) [m], painted whole.
@@ -136,24 +129,23 @@ def render_still(
 
     Raises:
         NoOpenGL: Nothing can be drawn here.
+        InvalidInput: A shape, a size or a name does not fit.
     """
     rows = _configurations(model, np.asarray(qpos, dtype=float)[None])
-    _check(size, {"oversample": oversample})
-    boxes, _ = _paint(model, rows[0], plan_xy, plan_modes, path_true, np.ones(1))
-    large = _enlarged(size, oversample)
-    job = {
-        "qpos": rows,
-        "camera": chase(model, rows, 1.0, camera=camera or ChaseCamera()),
-        "boxes": boxes,
-        "shown": np.array([len(boxes)]),
-        "captions": np.array([caption]),
-        "picture": np.array([*large, shadow, _text_scale(oversample)]),
-    }
-    backend = gl_backend()
-    with tempfile.TemporaryDirectory(prefix="mobius-still-") as name:
-        _save_job(Path(name), model, job)
-        (picture,) = _draw(Path(name), 1, large, 1, backend)
-    return np.asarray(Image.frombytes("RGB", large, picture).resize(size, Image.Resampling.BOX))
+    _check(size, oversample=oversample)
+    boxes, shown = _paint(model, rows[0], plan_xy, plan_modes, path_true, np.ones(1))
+    job = Job(
+        qpos=rows,
+        camera=chase(model, rows, 1.0, camera=camera or ChaseCamera()),
+        boxes=boxes,
+        shown=shown,
+        captions=np.array([caption]),
+        shadow=shadow,
+        **_enlarged(size, oversample),
+    )
+    (picture,) = draw(model, job)
+    large = Image.frombytes("RGB", (job.width, job.height), picture)
+    return np.asarray(large.resize(size, Image.Resampling.BOX))
 
 
 def resample(
@@ -182,10 +174,12 @@ def _configurations(model: mujoco.MjModel, qpos: ArrayLike) -> Array:
     rows = np.ascontiguousarray(qpos, dtype=float)
     if rows.ndim != 2 or rows.shape[1] != model.nq or not len(rows):
         raise InvalidInput(f"video: expected qpos (m, {model.nq}) with m >= 1, got {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise InvalidInput("video: expected finite qpos, got NaN or infinity")
     return rows
 
 
-def _check(size: tuple[int, int], positive: dict[str, float]) -> None:
+def _check(size: tuple[int, int], **positive: float) -> None:
     if any(v <= 0 or v % 2 for v in size):
         raise InvalidInput(f"video: expected an even width and height [px], got {size}")
     for name, value in positive.items():
@@ -193,14 +187,13 @@ def _check(size: tuple[int, int], positive: dict[str, float]) -> None:
             raise InvalidInput(f"video: expected {name} > 0, got {value}")
 
 
-def _enlarged(size: tuple[int, int], oversample: float) -> tuple[int, int]:
-    """Width and height [px] to draw at, even."""
-    return 2 * round(size[0] * oversample / 2), 2 * round(size[1] * oversample / 2)
-
-
-def _text_scale(oversample: float) -> int:
-    """Scale of captions [%] that comes out as 100 % once the picture is made small."""
-    return int(np.clip(50 * round(2 * oversample), 100, 300))
+def _enlarged(size: tuple[int, int], oversample: float) -> dict[str, int]:
+    """Size to draw at, even, and the scale of captions that comes out as 100 %."""
+    return {
+        "width": 2 * round(size[0] * oversample / 2),
+        "height": 2 * round(size[1] * oversample / 2),
+        "text_scale": int(np.clip(50 * round(2 * oversample), 100, 300)),
+    }
 
 
 def _captions(captions: Sequence[str] | None, m: int, source: Array) -> NDArray[np.str_]:
@@ -229,47 +222,6 @@ def _paint(
         trail, behind = trail_boxes(xy, floor_height(model, qpos, xy))
     at = np.minimum((progress * len(behind)).astype(int), len(behind) - 1)
     return np.concatenate([plan, trail]), len(plan) + behind[at]
-
-
-def _save_job(folder: Path, model: mujoco.MjModel, job: dict[str, Any]) -> None:
-    mujoco.mj_saveModel(model, str(folder / "model.mjb"))
-    np.savez(folder / "job.npz", **job)
-
-
-def _draw(
-    folder: Path, frames: int, size: tuple[int, int], count: int, backend: str
-) -> Iterator[bytes]:
-    """Raw pixels of the frames in order, taken from ``count`` children in turn."""
-    threads = max(1, (os.cpu_count() or 1) // count)
-    env = {**os.environ, "MUJOCO_GL": backend, "LP_NUM_THREADS": str(threads)}
-    children, complaints = [], []
-    try:
-        for index in range(count):
-            complaints.append(open(folder / f"stderr-{index}", "w+"))  # noqa: SIM115
-            children.append(
-                subprocess.Popen(
-                    worker_command(str(folder), str(index), str(count)),
-                    stdout=subprocess.PIPE,
-                    stderr=complaints[-1],
-                    env=env,
-                )
-            )
-        for k in range(frames):
-            child = children[k % count]
-            picture = child.stdout.read(3 * size[0] * size[1])  # type: ignore[union-attr]
-            if len(picture) < 3 * size[0] * size[1]:
-                child.wait()
-                complaints[k % count].seek(0)
-                why = last_line(complaints[k % count].read()) or f"exit code {child.returncode}"
-                raise MobiusError(f"video: drawing stopped at frame {k} of {frames}: {why}")
-            yield picture
-    finally:
-        for child in children:
-            child.kill()
-            child.wait()
-            child.stdout.close()  # type: ignore[union-attr]
-        for complaint in complaints:
-            complaint.close()
 
 
 @contextlib.contextmanager
