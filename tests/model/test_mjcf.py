@@ -104,6 +104,17 @@ def test_home_stands_still_for_three_seconds(model):
     assert np.abs(data.qvel).max() < 0.02
 
 
+def test_stand_stands_on_two_feet_without_control(model):
+    """Static targets alone hold it for two seconds; the centre of mass is over the feet."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.ctrl[:] = load.keyframe("stand")
+    height = data.qpos[2]
+    mujoco.mj_step(model, data, 1200)
+    assert abs(data.qpos[2] - height) < 0.005
+    ahead = data.subtree_com[1][0] - data.site("left_sole").xpos[0]
+    assert -0.055 < ahead < 0.085  # between heel and toe
+
+
 def test_loops_stay_closed_under_load(model):
     """Random targets of +-0.3 rad and twice the weight: the loops open by less than 1 mm."""
     data = mujoco.MjData(model)

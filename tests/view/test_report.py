@@ -109,11 +109,11 @@ def test_the_moving_arrow_is_told_time_and_place(page, record):
 
 
 def test_a_name_that_is_markup_stays_a_name(record):
-    record.grid = replace(record.grid, name="<script>alert(1)</script>$body")
+    record.grid = replace(record.grid, name="<script>alert(1)<b>$body")
     page = build_report(record)
     check(page)
     assert "<script>alert" not in page
-    assert "&lt;script&gt;alert(1)&lt;/script&gt;$body" in page
+    assert "&lt;script&gt;alert(1)&lt;b&gt;$body" in page
 
 
 @pytest.mark.parametrize(
@@ -136,6 +136,13 @@ def test_the_verdict_is_good_only_without_falls_at_the_goal(summary, good, said)
     found, sentence = verdict(summary)
     assert found is good
     assert sentence.startswith(said)
+
+
+def test_a_map_that_is_a_path_is_called_by_its_file(record):
+    record.grid = replace(record.grid, name="/home/me/maps/depot.yaml")
+    assert "<h1>MOBIUS on depot.yaml</h1>" in build_report(record)
+    record.summary["map"] = "depot"
+    assert "<h1>MOBIUS on depot</h1>" in build_report(record)
 
 
 def test_what_the_summary_lacks_is_shown_as_lacking(record):

@@ -41,9 +41,9 @@ class FilterNoise:
 class ContactConfig:
     """From force to probability."""
 
-    force: float = 6.0
+    force: float = 8.0
     """Vertical force [N] at which a limb may as well stand as swing; a quarter of the robot
-    weighs 25 N, and a swinging foot still feels some 4 N of its own inertia."""
+    weighs 25 N, and a swinging foot feels up to 7 N of its own inertia."""
     hysteresis: float = 1.5
     """A standing limb is let go this far below ``force``, a swinging one caught above [N]."""
     width: float = 1.0
@@ -63,7 +63,8 @@ class EstimatorConfig:
     noise: FilterNoise = field(default_factory=FilterNoise)
     contact: ContactConfig = field(default_factory=ContactConfig)
     slip: float = 0.6
-    """Leg odometry of one standing limb, one frame [m/s]: 5 cm/s of slip that lasts 0.04 s."""
+    """Leg odometry of one standing limb, one correction [m/s]: as if white, 5 cm/s of slip
+    that lasts half a second."""
     slip_gate: float = 0.10
     """Speed of a limb's contact point over the ground [m/s] that costs it its weight."""
     lost_gate: float = 5.0
@@ -93,7 +94,7 @@ class EstimatorConfig:
     doubt: float = 0.3
     """Added to the spread of the velocity when camera or legs contradict it for long [m/s]."""
     ground: float | None = 0.2
-    """Standing limbs are at height zero, noise of one frame [m]; None off flat floors."""
+    """Standing limbs are at height zero, noise of one correction [m]; None off flat floors."""
     rest_rate: float = 0.03
     """Joint rates below this, all limbs standing, mean that the robot rests [rad/s]."""
     rest_gyro: float = 0.01

@@ -72,6 +72,7 @@ class TorqueForce:
         self._bandwidth = bandwidth
         self._slow: tuple[float, float, float, float] | None = None
         """Low-passed momenta and torques of both cranks."""
+        self._last = (0.0, 0.0)
 
     def update(
         self, limb: LimbState, up: Vector, rate: Sequence[float], tau: Sequence[float], dt: float
@@ -90,11 +91,18 @@ class TorqueForce:
         p_a = m_aa * rate[0] + m_ab * rate[1]
         p_b = m_ab * rate[0] + m_bb * rate[1]
         tau_a, tau_b = tau[0] - g_a, tau[1] - g_b
+        if self._slow is None:
+            self._slow, self._last = (p_a, p_b, tau_a, tau_b), (tau_a, tau_b)
+        (s_pa, s_pb, s_ta, s_tb), (l_a, l_b) = self._slow, self._last
+        self._last = (tau_a, tau_b)
         K = self._bandwidth
         k = K * dt / (1 + K * dt)
-        s_pa, s_pb, s_ta, s_tb = self._slow or (p_a, p_b, tau_a, tau_b)
         s_pa, s_pb = s_pa + k * (p_a - s_pa), s_pb + k * (p_b - s_pb)
-        s_ta, s_tb = s_ta + k * (tau_a - s_ta), s_tb + k * (tau_b - s_tb)
+        # momentum gained over a step is the work of the mean torque
+        s_ta, s_tb = (
+            s_ta + k * (0.5 * (tau_a + l_a) - s_ta),
+            s_tb + k * (0.5 * (tau_b + l_b) - s_tb),
+        )
         self._slow = (s_pa, s_pb, s_ta, s_tb)
         push_a, push_b = K * (p_a - s_pa) - s_ta, K * (p_b - s_pb) - s_tb
         # J^T f = push; J's columns are the drives a, b: f = i (push_b a - push_a b) / (a x b)

@@ -275,7 +275,7 @@ class InvariantFilter:
     # -- what it believes ----------------------------------------------------------------
 
     def covariance(self) -> Array:
-        """(12, 12) of rotation vector (axes of O), p_OB, w_B and v_B."""
+        """(12, 12) of rotation vector (axes of O), p_OB, w_B and v_B, as of the last spread."""
         M = self._to_belief
         M[3:6, PHI] = -self._cross_matrices()[1]
         M[9:12, VEL] = self.R.T

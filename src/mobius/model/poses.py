@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.geometry import rpy_to_quat
-from mobius.model import robot
+from mobius.model import leg, robot
 from mobius.model.build import ROBOT_XML, build_robot
-from mobius.model.dimensions import limb_geometry
+from mobius.model.dimensions import LimbGeometry, limb_geometry
 from mobius.model.joints import LIMB_JOINTS
 from mobius.types import LIMBS, NUM_JOINTS
 
@@ -58,10 +58,13 @@ def crawl_joints() -> Array:
 
 
 def stand_joints() -> Array:
-    """(22,) [rad] trunk upright: legs turned below the trunk, arms tucked in front."""
+    """(22,) [rad] trunk upright: legs turned below the trunk, arms tucked in front.
+
+    The centre of mass is above the middle of the feet.
+    """
     return _body(
         lambda s: _arm(s, np.radians(20.0), 0.17, 0.10, 0.3),
-        lambda s: _leg(s, np.radians(90.0), 0.035, 0.305, np.radians(90.0)),
+        lambda s: _leg(s, np.radians(90.0), -0.030, 0.305, np.radians(90.0)),
     )
 
 
@@ -125,6 +128,43 @@ def holding_targets(model: mujoco.MjModel, qpos: Array) -> Array:
     return ctrl
 
 
+def standing_targets(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Servo targets (22,) [rad] that carry the trunk on two feet, each half the weight.
+
+    Statics: tau = -J^T F with the ground's force F below the centre of mass; a servo holds
+    tau at target = angle + tau / kp. Unlike :func:`holding_targets` nothing may fall here.
+    """
+    at = robot.addresses(model)
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    q = np.array(qpos[at.qpos])
+    R = data.body("base_link").xmat.reshape(3, 3)
+    F_B = R.T @ [0.0, 0.0, 0.5 * 9.81 * model.body_subtreemass[model.body("base_link").id]]
+    ahead = data.subtree_com[model.body("base_link").id] - data.site("left_sole").xpos
+    target = q + data.qfrc_bias[at.dof] / model.actuator_gainprm[at.actuator, 0]
+    for name in ("left_leg", "right_leg"):
+        g, joints = limb_geometry(name), LIMB_JOINTS[name]
+        kp = model.actuator_gainprm[at.actuator[joints], 0]
+        J = _pressure_jacobian(g, q[joints], float(ahead[0]))
+        target[joints] = q[joints] - J.T @ F_B / kp
+    low, high = model.actuator_ctrlrange[at.actuator].T
+    return np.clip(target, low, high)
+
+
+def _pressure_jacobian(g: LimbGeometry, q: Array, ahead: float) -> Array:
+    """d(point of the sole ``ahead`` [m] of the ankle towards the toe)/dq (3, 4), in B."""
+
+    def point(q: Array) -> Array:
+        angle = leg.foot_pitch(g, q)
+        out, _ = leg.limb_axes(g, q[0])
+        toe = -np.cos(angle) * out - np.sin(angle) * np.array([0.0, 0.0, 1.0])
+        return leg.sole_position(g, q) + ahead * toe
+
+    e = 1e-6 * np.eye(4)
+    return np.stack([(point(q + d) - point(q - d)) / 2e-6 for d in e], axis=-1)
+
+
 def build_keyframes() -> dict[str, tuple[Array, Array]]:
     """Name -> (qpos, ctrl). ``crawl`` is the home keyframe."""
     spec = mujoco.MjSpec.from_string(build_robot())
@@ -146,6 +186,7 @@ def build_keyframes() -> dict[str, tuple[Array, Array]]:
         ("hang", hang_joints(), upright, 0.35),
     ):
         frames[name] = (_placed(model, q, quat, clearance=clearance), q.copy())
+    frames["stand"] = (frames["stand"][0], standing_targets(model, frames["stand"][0]))
     return frames
 
 

@@ -114,15 +114,7 @@ def bars_chart(
         if second is not None:
             parts.append(_runs(axis, t, second, y + pitch - 8, 3, "on2"))
     parts.append(_time_axis(axis, height - _BOTTOM))
-    picture = tag(
-        "svg",
-        "".join(parts),
-        viewBox=f"0 0 {width} {height}",
-        class_="wide",
-        role="img",
-        aria_label=title,
-    )
-    return f"<figure><figcaption>{html.escape(title)}</figcaption>{picture}</figure>"
+    return _wide(html.escape(title), parts, width, height, label=title)
 
 
 def heat_chart(
@@ -151,12 +143,7 @@ def heat_chart(
     width, left, right, pitch, top = 980, 168, 190, 17, 22
     height = top + pitch * len(names) + _BOTTOM
     axis = Axis(t[0], t[-1], left, width - right)
-    chunks = np.array_split(values, min(columns, len(values)), axis=0)
-    rms = np.array([np.sqrt(np.mean(np.square(c), axis=0)) for c in chunks]).T
-    most = float(np.nanmax(rms)) if rms.size else 0.0
-    pixels = np.zeros((*rms.shape, 4), dtype=np.uint8)
-    pixels[..., :3] = (217, 95, 30)
-    pixels[..., 3] = np.round(255 * np.nan_to_num(rms) / max(most, 1e-12))
+    pixels, most = _opacities(values, columns)
     parts = [
         tag(
             "image",
@@ -176,7 +163,23 @@ def heat_chart(
         parts.append(text(left - 8, y, name, class_="label", text_anchor="end"))
         parts.append(text(width - right + 8, y, remark, class_="label fixed"))
     parts.append(_time_axis(axis, height - _BOTTOM))
-    label = f"{title} [{unit}] over time"
+    heading = f"<span>{html.escape(title)} <small>[{html.escape(unit)}]</small></span>"
+    return _wide(heading, parts, width, height, label=f"{title} [{unit}] over time")
+
+
+def _opacities(values: Array, columns: int) -> tuple[NDArray[np.uint8], float]:
+    """Picture (r, c, 4) of root mean squares over c spans, and the largest: it is opaque."""
+    chunks = np.array_split(values, min(columns, len(values)), axis=0)
+    rms = np.nan_to_num([np.sqrt(np.mean(np.square(c), axis=0)) for c in chunks]).T
+    most = float(rms.max(initial=0.0))
+    pixels = np.zeros((*rms.shape, 4), dtype=np.uint8)
+    pixels[..., :3] = (217, 95, 30)
+    pixels[..., 3] = np.round(255 * rms / max(most, 1e-12))
+    return pixels, most
+
+
+def _wide(heading: str, parts: Sequence[str], width: int, height: int, *, label: str) -> str:
+    """A figure as broad as the page; ``heading`` is taken as it is."""
     picture = tag(
         "svg",
         "".join(parts),
@@ -185,7 +188,6 @@ def heat_chart(
         role="img",
         aria_label=label,
     )
-    heading = f"<span>{html.escape(title)} <small>[{html.escape(unit)}]</small></span>"
     return f"<figure><figcaption>{heading}</figcaption>{picture}</figure>"
 
 

@@ -135,13 +135,15 @@ def _place(local: Array, origin: Array) -> Array:
 
 def _axes(frame: _Frame) -> str:
     parts = []
-    for value in ticks(float(frame.low[0]), float(frame.high[0]), most=9):
+    span = frame.high - frame.low
+    most_x, most_y = (max(2, round(9 * s / span.max())) for s in span.tolist())
+    for value in ticks(float(frame.low[0]), float(frame.high[0]), most=most_x):
         x = float(frame((value, 0.0))[0])
         parts.append(tag("line", x1=x, x2=x, y1=_MARGIN, y2=frame.height - _MARGIN, class_="grid"))
         parts.append(
             text(x, frame.height - _MARGIN + 18, f"{value:g}", class_="tick", text_anchor="middle")
         )
-    for value in ticks(float(frame.low[1]), float(frame.high[1]), most=9):
+    for value in ticks(float(frame.low[1]), float(frame.high[1]), most=most_y):
         y = float(frame((0.0, value))[1])
         parts.append(tag("line", x1=_MARGIN, x2=frame.width - _MARGIN, y1=y, y2=y, class_="grid"))
         parts.append(text(_MARGIN - 8, y + 5, f"{value:g}", class_="tick", text_anchor="end"))

@@ -34,7 +34,16 @@ _TILES = (
     ("real_time_factor", "of real time", "\u00d7"),
 )
 
-_UNITS = {"m": "m", "s": "s", "ms": "ms", "J": "J", "rad": "rad", "mps": "m/s", "W": "W"}
+_UNITS = {
+    "m": "m",
+    "mm": "mm",
+    "s": "s",
+    "ms": "ms",
+    "J": "J",
+    "rad": "rad",
+    "mps": "m/s",
+    "W": "W",
+}
 
 
 def write_report(path: str | Path, record: RunRecord, **options: Any) -> None:
@@ -66,7 +75,7 @@ def build_report(
     """
     if len(record.t) < 2:
         raise InvalidInput(f"report: expected a run of two samples or more, got {len(record.t)}")
-    heading = title or f"MOBIUS on {record.grid.name}"
+    heading = title or f"MOBIUS on {record.summary.get('map', Path(record.grid.name).name)}"
     good, sentence = verdict(record.summary)
     where = _goal(record, goal)
     figure = floor_map(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -213,13 +214,14 @@ def _paint(
     progress: Array,
 ) -> tuple[Array, NDArray[np.int64]]:
     """Boxes on the floor, and how many of them every frame shows; progress in [0, 1]."""
+    floor = partial(floor_height, model, qpos)
     plan, trail, behind = NO_BOXES, NO_BOXES, np.zeros(1, dtype=np.int64)
     if plan_xy is not None:
         xy = np.asarray(plan_xy, dtype=float).reshape(-1, 2)
-        plan = plan_boxes(xy, floor_height(model, qpos, xy), plan_modes)
+        plan = plan_boxes(xy, floor, modes=plan_modes)
     if path_true is not None and len(np.asarray(path_true)):
         xy = np.asarray(path_true, dtype=float)[:, :2]
-        trail, behind = trail_boxes(xy, floor_height(model, qpos, xy))
+        trail, behind = trail_boxes(xy, floor)
     at = np.minimum((progress * len(behind)).astype(int), len(behind) - 1)
     return np.concatenate([plan, trail]), len(plan) + behind[at]
 
