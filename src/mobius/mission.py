@@ -18,7 +18,7 @@ from mobius.modes import FollowerConfig, PathFollower
 from mobius.plan import Weights, build_problem, check, solve
 from mobius.robot import TICK
 from mobius.stack import ACT_EVERY, FRAME_EVERY, Judge, RunRecord, Sample
-from mobius.types import GridMap, Mode, ModeCommand, Plan, StateEstimate
+from mobius.types import GridMap, Mode, ModeCommand, Plan, Pose, StateEstimate
 from mobius.world import World, load_world
 
 Array = NDArray[np.float64]
@@ -296,7 +296,8 @@ def run(
     world = open_world(source, start=start, goal=goal)
     plan = plan_mission(world, chosen)
     recorder = McapRecorder()
-    recorder.once(grid=world.grid, plan=with_ends(plan, world.grid))
+    odom_in_map = Pose(p=np.zeros(3), q=np.array([1.0, 0.0, 0.0, 0.0]))
+    recorder.once(grid=world.grid, plan=with_ends(plan, world.grid), pose_MO=odom_in_map)
 
     def keep(sample: Sample, truth: StateEstimate) -> None:
         recorder.step(
@@ -343,15 +344,33 @@ def _write(
     notes: list[str] = []
     write_json_atomic(files["plan.json"], plan_as_json(record.plan))
     recorder.save(files["run.mcap"])
-    write_report(files["report.html"], record, occupancy=world.occupancy)
+    still = None
     if video:
         try:
+            still = _still(record, model)
             files["video.mp4"] = _video(out / "video.mp4", record, model, progress)
         except MobiusError as error:
             notes.append(f"no video: {error}")
-            files.pop("video.mp4", None)
+    beside = [name for name in files if name != "report.html"]
+    write_report(files["report.html"], record, occupancy=world.occupancy, still=still, files=beside)
     write_json_atomic(files["summary.json"], record.summary)
     return files, tuple(notes)
+
+
+def _painting(record: RunRecord) -> dict[str, Any]:
+    """Plan and true path for pictures."""
+    return {
+        "plan_xy": record.plan.xy_M,
+        "plan_modes": [m.value for m in record.plan.modes],
+        "path_true": record.true_p[::2, :2],
+    }
+
+
+def _still(record: RunRecord, model: Any) -> Any:
+    from mobius.view.video import render_still
+
+    middle = len(record.frame_qpos) // 2
+    return render_still(model, record.frame_qpos[middle], size=(640, 360), **_painting(record))
 
 
 def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None) -> Path:
@@ -361,14 +380,15 @@ def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None)
         if progress is not None:
             progress("video", done / total)
 
+    modes = record.modes[::2][: len(record.frame_t)]
+    captions = [f"{t:5.1f} s  {mode}" for t, mode in zip(record.frame_t, modes, strict=True)]
     render_video(
         path,
         model,
         record.frame_qpos,
         qpos_fps=1.0 / (FRAME_EVERY * TICK),
-        plan_xy=record.plan.xy_M,
-        plan_modes=[m.value for m in record.plan.modes],
-        path_true=record.true_p[::2, :2],
+        captions=captions,
         progress=tell,
+        **_painting(record),
     )
     return path

@@ -20,7 +20,7 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
-    ("mission", "evaluate"),
+    ("mission", "evaluate", "bench"),
     ("train", "bridge", "view", "reproduce", "doctor"),
     ("assemble",),
     ("stack",),

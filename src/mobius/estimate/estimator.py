@@ -53,6 +53,11 @@ class Estimator:
             raise InvalidInput("the estimator has no start; call reset(pose, stamp) first")
         return self._filter
 
+    @property
+    def contact_force(self) -> list[float]:
+        """Vertical ground force on each limb [N], order LIMBS."""
+        return list(self._contact.force)
+
     def reset(self, pose: Pose, stamp: float) -> None:
         """Start at rest at ``pose`` of the trunk in odom, at time ``stamp`` [s]."""
         c = self.config
