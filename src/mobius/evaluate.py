@@ -89,11 +89,9 @@ def _measure(seed: int, judge: Any) -> Episode:
     from mobius.model.joints import JOINTS
     from mobius.model.servo import servo_of
 
-    def column(name: str) -> Array:
-        return np.stack([row[name] for row in judge.rows])
-
-    t, true, want = column("t"), column("true_twist_H"), column("cmd_twist_H")
-    belief, torque, height = column("belief_twist_H"), column("torque"), column("true_p")[:, 2]
+    rows = judge.columns()
+    t, true, want = rows["t"], rows["true_twist_H"], rows["cmd_twist_H"]
+    belief, torque, height = rows["belief_twist_H"], rows["torque"], rows["true_p"][:, 2]
     counted = (t % HOLD_S) > SETTLE_S
     width = round(WINDOW_S * 60)
     kernel = np.ones(width) / width
@@ -111,7 +109,7 @@ def _measure(seed: int, judge: Any) -> Episode:
         error=mean_abs((smooth - want)[counted_smooth]),
         raw_error=mean_abs((true - want)[counted]),
         estimate_error=[float(v) for v in np.sqrt(np.mean((belief - true) ** 2, axis=0))],
-        power_W=float(column("power").mean()),
+        power_W=float(rows["power"].mean()),
         saturation=float((np.abs(torque) > 0.95 * limit).mean()),
         height_error_m=float(np.abs(height - np.median(height)).max()),
         loop_residual_mm=1e3 * judge.loop_residual,

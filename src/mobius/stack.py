@@ -11,7 +11,6 @@ belief updated; at 60 Hz (every 10th) the mode, its twist and the joint targets 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 from mobius.control.bodies import body_of
 from mobius.control.observation import heading_twist
 from mobius.errors import InvalidInput
-from mobius.geometry import quat_to_rpy
+from mobius.geometry import quat_conj, quat_to_rpy, rotate
 from mobius.modes import ModeMachine
 from mobius.robot import TICK, Robot
 from mobius.types import (
@@ -43,6 +42,12 @@ ACT_EVERY = 10
 """Ticks between commands and targets (60 Hz)."""
 FRAME_EVERY = 20
 """Ticks between video frames (30 Hz)."""
+
+COLLISION_FORCE = 5.0
+"""Contacts with obstacles above this count [N]."""
+COLLISION_APART = 300
+"""Ticks without contact after which a new contact is a new collision."""
+_UP = np.array([0.0, 0.0, 1.0])
 
 Source = Callable[[StateEstimate], ModeCommand]
 """Where commands come from: a follower, a schedule, a joystick."""
@@ -190,64 +195,68 @@ class RunRecord:
 class Judge:
     """Watches a simulated run with the truth at hand: falls, collisions, record rows."""
 
-    def __init__(self, robot: Any, *, body: str = "crawl", keep_rows: bool = True) -> None:
+    def __init__(self, robot: Any, *, body: str = "crawl") -> None:
         """Args: ``robot`` offers truth, contact_force, obstacle_force, torque (SimRobot)."""
-        self.robot, self.body, self.keep = robot, body_of(body), keep_rows
-        self.rows: list[dict[str, Array]] = []
-        self.modes: list[str] = []
+        self.robot, self.body = robot, body_of(body)
+        self.samples: list[Sample] = []
+        self.truths: list[StateEstimate] = []
+        self.measured: list[tuple[Array, Array]] = []
         self.frames: list[Array] = []
         self.collisions = 0
         self.loop_residual = 0.0
+        """Largest gap of the five-bar loops so far [m]."""
         self.fallen = False
         self._touching_until = -1
-        self._start = time.perf_counter()
 
     def see(self, sample: Sample) -> StateEstimate:
         """Judge one sample; returns the truth."""
         truth: StateEstimate = self.robot.truth()
-        if self.robot.obstacle_force() > 5.0:
+        if self.robot.obstacle_force() > COLLISION_FORCE:
             if sample.tick > self._touching_until:
                 self.collisions += 1
-            self._touching_until = sample.tick + 300
-        up = quat_to_rpy(truth.q_OB)
-        tilt = np.cos(up[0]) * np.cos(up[1]) if self.body.heading == "crawl" else -np.sin(up[1])
-        self.fallen = bool(self.fallen or tilt < 0.5 or truth.p_OB[2] < 0.12)
-        self.loop_residual = max(self.loop_residual, self.robot.loop_residual())
-        if self.keep:
-            self.rows.append(self._row(sample, truth))
-            self.modes.append(sample.command.mode.value)
-        if sample.tick % FRAME_EVERY == 0 and self.keep:
+            self._touching_until = sample.tick + COLLISION_APART
+        up = float(rotate(quat_conj(truth.q_OB), _UP)[2 if self.body.heading == "crawl" else 0])
+        self.fallen = bool(self.fallen or up < 0.5 or truth.p_OB[2] < self.body.fallen_below)
+        self.samples.append(sample)
+        self.truths.append(truth)
+        self.measured.append((self.robot.torque(), self.robot.contact_force()))
+        if sample.tick % FRAME_EVERY == 0:
+            self.loop_residual = max(self.loop_residual, self.robot.loop_residual())
             self.frames.append(np.array(self.robot.data.qpos))
         return truth
 
-    def _twist(self, s: StateEstimate) -> Array:
-        v, w = heading_twist(self.body, s.q_OB[None], s.v_B[None], s.w_B[None])
-        return np.array([v[0, 0], v[0, 1], w[0, 2]])
-
-    def _row(self, sample: Sample, truth: StateEstimate) -> dict[str, Array]:
+    def columns(self) -> dict[str, Array]:
+        """The record's columns by name, a row a sample."""
+        samples = self.samples
+        beliefs = [s.belief for s in samples]
         return {
-            "t": np.array(sample.tick * TICK),
-            "q": sample.frame.q,
-            "q_target": sample.sent.q,
-            "torque": self.robot.torque(),
-            "power": np.array(sample.power),
-            "true_p": truth.p_OB,
-            "true_rpy": quat_to_rpy(truth.q_OB),
-            "true_twist_H": self._twist(truth),
-            "belief_p": sample.belief.p_OB,
-            "belief_rpy": quat_to_rpy(sample.belief.q_OB),
-            "belief_twist_H": self._twist(sample.belief),
-            "cmd_twist_H": sample.command.twist_H,
-            "contact_force": self.robot.contact_force(),
-            "contact_belief": sample.belief.contact,
+            "t": TICK * np.array([s.tick for s in samples], dtype=float),
+            "q": np.stack([s.frame.q for s in samples]),
+            "q_target": np.stack([s.sent.q for s in samples]),
+            "torque": np.stack([m[0] for m in self.measured]),
+            "power": np.array([s.power for s in samples]),
+            "true_p": np.stack([x.p_OB for x in self.truths]),
+            "true_rpy": quat_to_rpy(np.stack([x.q_OB for x in self.truths])),
+            "true_twist_H": self._twists(self.truths),
+            "belief_p": np.stack([x.p_OB for x in beliefs]),
+            "belief_rpy": quat_to_rpy(np.stack([x.q_OB for x in beliefs])),
+            "belief_twist_H": self._twists(beliefs),
+            "cmd_twist_H": np.stack([s.command.twist_H for s in samples]),
+            "contact_force": np.stack([m[1] for m in self.measured]),
+            "contact_belief": np.stack([x.contact for x in beliefs]),
         }
+
+    def _twists(self, states: list[StateEstimate]) -> Array:
+        q, v, w = (np.stack([getattr(x, k) for x in states]) for k in ("q_OB", "v_B", "w_B"))
+        v_H, w_H = heading_twist(self.body, q, v, w)
+        return np.column_stack([v_H[:, :2], w_H[:, 2]])
 
     def record(self, grid: GridMap, plan: Plan) -> RunRecord:
         """All rows as arrays."""
-        columns: dict[str, Any] = {k: np.stack([row[k] for row in self.rows]) for k in self.rows[0]}
+        columns: dict[str, Any] = self.columns()
         return RunRecord(
             **columns,
-            modes=self.modes,
+            modes=[s.command.mode.value for s in self.samples],
             frame_t=FRAME_EVERY * TICK * np.arange(len(self.frames), dtype=float),
             frame_qpos=np.stack(self.frames),
             grid=grid,

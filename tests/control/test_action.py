@@ -3,7 +3,10 @@
 import numpy as np
 
 from mobius.control.action import ActionFilter
-from mobius.control.clock import MOVE_GATE, PERIOD, GaitClock
+from mobius.control.bodies import body_of
+from mobius.control.clock import MOVE_GATE, GaitClock
+
+GAIT = body_of("crawl").gait
 
 
 def test_moving_average_by_hand():
@@ -35,17 +38,17 @@ def test_reset_forgets_only_the_chosen():
 
 
 def test_clock_runs_only_when_asked_to_move():
-    clock = GaitClock(2)
+    clock = GaitClock(GAIT, 2)
     command = np.array([[0.3, 0.0, 0.0], [0.5 * MOVE_GATE, 0.0, 0.0]])
     for _ in range(7):
-        clock.advance(command, PERIOD / 28)
+        clock.advance(command, GAIT.period / 28)
     np.testing.assert_allclose(clock.phase, [0.25, 0.0])
     np.testing.assert_allclose(clock.observe(), [[1.0, 0.0], [0.0, 0.0]], atol=1e-12)
     assert (clock.swing_wanted()[1] == 0).all()
 
 
 def test_diagonal_limbs_swing_together_and_never_all():
-    clock = GaitClock(50)
+    clock = GaitClock(GAIT, 50)
     clock.reset(phase=np.linspace(0, 1, 50, endpoint=False))
     clock.advance(np.ones((50, 3)), 0.0)
     swing = clock.swing_wanted()

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius.control.clock import Gait
 from mobius.errors import UnknownName
 from mobius.model.joints import joint_index
 from mobius.types import LIMBS, Mode
@@ -29,6 +30,10 @@ class Body:
     """Which trunk axis points forward (:func:`mobius.geometry.heading_axis`)."""
     feet: tuple[str, ...]
     """Limbs that touch the ground."""
+    gait: Gait
+    """Of the feet, in their order."""
+    fallen_below: float
+    """A trunk lower than this has fallen [m]."""
     command_low: tuple[float, float, float]
     """Slowest vx, vy [m/s], wz [rad/s] it is trained for."""
     command_high: tuple[float, float, float]
@@ -54,6 +59,8 @@ BODIES: dict[str, Body] = {
         joints=_crawl_joints(),
         heading="crawl",
         feet=LIMBS,
+        gait=Gait(period=0.56, offsets=(0.0, 0.5, 0.5, 0.0), swing=(0.06, 0.44)),
+        fallen_below=0.12,
         command_low=(-0.4, -0.4, -0.6),
         command_high=(0.4, 0.4, 0.6),
     ),

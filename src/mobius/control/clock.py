@@ -2,24 +2,33 @@
 
 Ours, not the paper's (which forbids motion priors); the ``fast`` preset uses it because a
 policy that sees a clock learns to step several times sooner and steps regularly.
-Diagonal limbs share a phase (trot); the other pair is half a period behind.
+In the crawl diagonal limbs share a phase (trot), the other pair is half a period behind.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-PERIOD = 0.56
-"""Of one stride [s]."""
-SWING = (0.06, 0.44)
-"""Part of a limb's own phase in which it should be in the air."""
+
+@dataclass(frozen=True)
+class Gait:
+    """When each foot of a body is in the air."""
+
+    period: float
+    """Of one stride [s]."""
+    offsets: tuple[float, ...]
+    """Phase of each foot ahead of the clock, in strides."""
+    swing: tuple[float, float]
+    """Part of a foot's own phase in which it should be in the air."""
+
+
 MOVE_GATE = 0.05
 """A command whose norm (m/s and rad/s mixed) is below this means standing still."""
-OFFSETS = np.array([0.0, 0.5, 0.5, 0.0])
-"""Phase offset of each limb, order LIMBS."""
 
 
 def is_moving(command: Array) -> NDArray[np.bool_]:
@@ -30,7 +39,9 @@ def is_moving(command: Array) -> NDArray[np.bool_]:
 class GaitClock:
     """Phases of n robots, in [0, 1)."""
 
-    def __init__(self, n: int = 1) -> None:
+    def __init__(self, gait: Gait, n: int = 1) -> None:
+        self.gait = gait
+        self._offsets = np.array(gait.offsets)
         self.phase = np.zeros(n)
         self.moving = np.zeros(n, dtype=bool)
 
@@ -43,7 +54,7 @@ class GaitClock:
     def advance(self, command: Array, dt: float) -> None:
         """Run on by ``dt`` [s] where the command (n, 3) asks for motion."""
         self.moving = is_moving(command)
-        self.phase = np.where(self.moving, (self.phase + dt / PERIOD) % 1.0, self.phase)
+        self.phase = np.where(self.moving, (self.phase + dt / self.gait.period) % 1.0, self.phase)
 
     def observe(self) -> Array:
         """(n, 2) sine and cosine of the phase; zeros while standing still."""
@@ -51,12 +62,12 @@ class GaitClock:
         return np.stack([np.sin(angle), np.cos(angle)], axis=-1) * self.moving[:, None]
 
     def limb_phase(self) -> Array:
-        """(n, 4) each limb's own phase in [0, 1)."""
-        return (self.phase[:, None] + OFFSETS) % 1.0
+        """(n, feet) each foot's own phase in [0, 1)."""
+        return (self.phase[:, None] + self._offsets) % 1.0
 
     def swing_wanted(self) -> Array:
-        """(n, 4) where within its swing a limb should be: 0 on the ground, sine in the air."""
+        """(n, feet) where within its swing a foot should be: 0 on the ground, sine in the air."""
         phase = self.limb_phase()
-        start, end = SWING
+        start, end = self.gait.swing
         inside = (phase > start) & (phase < end) & self.moving[:, None]
         return np.where(inside, np.sin(np.pi * (phase - start) / (end - start)), 0.0)

@@ -92,7 +92,7 @@ class PolicyController:
             self._default, low, high, scale=policy.scale, length=policy.filter_length
         )
         self._history = History(policy.layout, 1)
-        self._clock = GaitClock()
+        self._clock = GaitClock(body.gait)
         self._yaw0 = np.zeros(1)
         self.observation = np.zeros(policy.layout.size)
         """The newest observation, for logs and tests."""

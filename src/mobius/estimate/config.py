@@ -62,9 +62,13 @@ class EstimatorConfig:
 
     noise: FilterNoise = field(default_factory=FilterNoise)
     contact: ContactConfig = field(default_factory=ContactConfig)
-    slip: float = 0.6
-    """Leg odometry of one standing limb, one correction [m/s]: as if white, 5 cm/s of slip
-    that lasts half a second."""
+    slip: float = 0.10
+    """Leg odometry of one standing limb, one correction, as if white [m/s]: feet that hold."""
+    slip_spread: float = 5.0
+    """Added to it: this many times the spread [m/s] among the standing limbs' odometries, for
+    a foot that slips does so for half a second and 75 corrections, and others with it."""
+    slip_time: float = 0.3
+    """Time over which that spread is averaged [s]."""
     slip_gate: float = 0.10
     """Speed of a limb's contact point over the ground [m/s] that costs it its weight."""
     lost_gate: float = 5.0

@@ -65,7 +65,7 @@ class Estimator:
         self._contact = ContactDetector(c.contact)
         self._stamp, self._frames = float(stamp), 0
         self._since, self._resting = 0.0, 0.0
-        self._standing = [0.0] * len(LIMBS)
+        self._standing, self._spread2 = [0.0] * len(LIMBS), 0.0
         self._pose: tuple[float, Pose] | None = None
         self._camera_p: Array | None = None
         self._camera_stamp, self._refused, self._disowned = float(stamp), 0, 0
@@ -141,7 +141,7 @@ class Estimator:
         spin: Vector = (complex(wx, wy), wz)
         vx, vy, vz = (belief.v @ belief.R).tolist()
         unsure = belief.P.item(3, 3) + belief.P.item(4, 4) + belief.P.item(5, 5)
-        total, flat, up, foot_xy, foot_z = 0.0, 0j, 0.0, 0j, 0.0
+        total, flat, up, square, foot_xy, foot_z = 0.0, 0j, 0.0, 0.0, 0j, 0.0
         for i, (limb, p) in enumerate(zip(limbs, self._standing, strict=True)):
             if p < 0.5:
                 self.slip[i] = np.nan
@@ -156,6 +156,7 @@ class Estimator:
             weight = p / max(ratio, 1.0)
             total += weight
             flat, up = flat + weight * xy, up + weight * z
+            square += weight * (abs(xy) ** 2 + z * z)
             foot_xy, foot_z = foot_xy + weight * limb.contact[0], foot_z + weight * limb.contact[1]
         if total == 0.0:
             self._disowned += max(self._standing) >= 0.5
@@ -165,7 +166,9 @@ class Estimator:
             return
         self._disowned = 0
         v_B = np.array([flat.real, flat.imag, up]) / total
-        belief.correct_velocity(v_B, c.slip**2 / total)
+        blend = self._since / (c.slip_time + self._since)
+        self._spread2 += blend * (max(square / total - float(v_B @ v_B), 0.0) - self._spread2)
+        belief.correct_velocity(v_B, (c.slip**2 + c.slip_spread**2 * self._spread2) / total)
         if c.ground is not None:
             point_B = np.array([foot_xy.real, foot_xy.imag, foot_z]) / total
             belief.correct_height(point_B, c.ground**2)

@@ -64,7 +64,7 @@ class LocomotionEnv:
         low, high = robot.joint_limits()
         self.filter = ActionFilter(self.default, low[index], high[index], n)
         self.history = History(self.layout, n)
-        self.clock = GaitClock(n)
+        self.clock = GaitClock(self.body.gait, n)
         self.randomiser = Randomiser(self.sim, cfg.randomisation, self.rng)
         self.weights = {**rewards.WEIGHTS, **cfg.weights}
         self.max_steps = round(cfg.episode_s / POLICY_DT)
