@@ -28,10 +28,13 @@ class Belief:
     def __init__(self) -> None:
         self.calls = 0
 
-    def update(self, frame):
+    def take(self, frame):
         self.calls += 1
+        self.stamp = frame.stamp
+
+    def belief(self):
         zero = np.zeros(3)
-        return StateEstimate(frame.stamp, [7.0, 8.0, 9.0], [1, 0, 0, 0], zero, zero, np.ones(4))
+        return StateEstimate(self.stamp, [7.0, 8.0, 9.0], [1, 0, 0, 0], zero, zero, np.ones(4))
 
 
 class Hold:

@@ -22,6 +22,11 @@ R_HB_BIPED = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 R_HB_BIPED.setflags(write=False)
 
 
+_FORWARD = {"crawl": np.array([1.0, 0.0, 0.0]), "biped": np.array([0.0, 0.0, -1.0])}
+"""Trunk axis of travel by body."""
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+
+
 def paper_to_base(v_S: ArrayLike) -> Array:
     """A vector (..., 3) of the paper's frame in ``base_link`` axes: (y, -x, z)."""
     return np.asarray(v_S, dtype=float) @ R_BS.T
@@ -60,7 +65,7 @@ def quat_mul(a: ArrayLike, b: ArrayLike) -> Array:
 
 def quat_conj(q: ArrayLike) -> Array:
     """Inverse (..., 4) of a unit quaternion."""
-    return np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(q, dtype=float) * _CONJUGATE
 
 
 def quat_to_mat(q: ArrayLike) -> Array:
@@ -124,8 +129,9 @@ def cross(a: Array, b: Array) -> Array:
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """R(q) v for quaternions (..., 4) and vectors (..., 3)."""
     q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
-    if q.ndim == v.ndim == 1:
-        return _rotate_one(q, v)
+    if q.size == 4 and v.size == 3:
+        shape = v.shape if v.ndim >= q.ndim else (*q.shape[:-1], 3)
+        return _rotate_one(q.ravel(), v.ravel()).reshape(shape)
     u = q[..., 1:]
     t = 2.0 * cross(u, v)
     return v + q[..., :1] * t + cross(u, t)
@@ -195,8 +201,9 @@ def wrap_angle(a: ArrayLike) -> Array:
 
 def heading_axis(body: Literal["crawl", "biped"], q: ArrayLike) -> Array:
     """World direction (..., 3) of travel: +x_B in crawl, -z_B in biped (not flattened)."""
-    axis = [1.0, 0.0, 0.0] if body == "crawl" else [0.0, 0.0, -1.0]
-    return rotate(q, np.broadcast_to(axis, (*np.shape(q)[:-1], 3)))
+    axis = _FORWARD[body]
+    q = np.asarray(q, dtype=float)
+    return rotate(q, axis if q.ndim == 1 else np.broadcast_to(axis, (*q.shape[:-1], 3)))
 
 
 def heading_yaw(body: Literal["crawl", "biped"], q: ArrayLike) -> Array:

@@ -35,6 +35,9 @@ CLEARANCE_WANTED = 0.9
 """Cells closer than this to an obstacle [m] are dearer."""
 ARRIVE_WITHIN = 0.35
 """A run counts as arrived when the true trunk ends this close to the goal [m]."""
+SETTLE_S = 0.8
+"""The robot stands this long before it sets out [s]: at rest the estimator finds the gyro's
+bias."""
 MODES_SO_FAR = (Mode.CRAWL,)
 """Modes the robot can carry out."""
 
@@ -180,6 +183,8 @@ def drive(
     stop_at = np.inf
 
     def source(belief: StateEstimate) -> ModeCommand:
+        if belief.stamp < SETTLE_S:
+            return ModeCommand(mode=follower.mode(), twist_H=np.zeros(3), stamp=belief.stamp)
         return follower.command(belief, ACT_EVERY * TICK)
 
     while not judge.fallen and stack.tick * TICK < min(limit, stop_at):

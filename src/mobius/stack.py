@@ -4,7 +4,7 @@ One integer counts ticks of 1/600 s. At 300 Hz (every 2nd tick) the robot is rea
 belief updated; at 60 Hz (every 10th) the mode, its twist and the joint targets follow::
 
     frame   = senses.corrupt(robot.read())              robot    -> SensorFrame
-    belief  = estimator.update(frame)                   estimate -> StateEstimate
+    estimator.take(frame); belief = estimator.belief()  estimate -> StateEstimate
     command = machine.step(source(belief))              modes    -> ModeCommand
     sent    = robot.write(limb.act(command, belief, frame))   control -> JointCommand
 """
@@ -73,8 +73,11 @@ class Sensing(Protocol):
 class Believing(Protocol):
     """What turns readings into belief."""
 
-    def update(self, frame: SensorFrame) -> StateEstimate:
-        """One 300 Hz step."""
+    def take(self, frame: SensorFrame) -> None:
+        """Take in one frame (300 Hz)."""
+
+    def belief(self) -> StateEstimate:
+        """What is believed now (60 Hz)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +118,6 @@ class Stack:
         self.tick = 0
         self.energy = 0.0
         self._active: Mode | None = None
-        self._belief: StateEstimate | None = None
         self._frame: SensorFrame | None = None
         self._last_energy = 0.0
 
@@ -125,15 +127,16 @@ class Stack:
             raw = self.robot.read()
             self.energy += float(np.abs(raw.torque) @ np.abs(raw.dq)) * READ_EVERY * TICK
             self._frame = self.senses.corrupt(raw)
-            self._belief = self.estimator.update(self._frame)
+            self.estimator.take(self._frame)
         sample = self._act(source) if self.tick % ACT_EVERY == 0 else None
         self.robot.wait()
         self.tick += 1
         return sample
 
     def _act(self, source: Source) -> Sample:
-        belief, frame = self._belief, self._frame
-        assert belief is not None and frame is not None  # tick 0 reads first
+        frame = self._frame
+        assert frame is not None  # tick 0 reads first
+        belief = self.estimator.belief()
         command = self.machine.step(source(belief))
         controller = self.controllers[command.mode]
         if command.mode is not self._active:

@@ -29,7 +29,7 @@ FOOT_MIDDLE = 0.5 * (dim.FOOT_HEEL - dim.FOOT_TOE)
 class Motion:
     """Level crawl at a constant twist, with sway; or arms only, with tilt."""
 
-    seconds: float = 6.0
+    seconds: float = 3.5
     twist: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """vx, vy [m/s], wz [rad/s]; the trunk starts and walks smoothly."""
     sway: float = 0.01

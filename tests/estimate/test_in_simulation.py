@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ GEOMETRY = [limb_geometry(name) for name in LIMBS]
 NOMINAL = [ankle_position(g, HOLD[LIMB_JOINTS[g.name]]) for g in GEOMETRY]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     frames: list[SensorFrame]
     truth: list[StateEstimate]
@@ -76,14 +77,15 @@ def record(script: Callable[[float], np.ndarray], seconds: float) -> Recording:
 
 @pytest.fixture(scope="module")
 def swaying() -> Recording:
-    return record(sway, 3.0)
+    return record(sway, 2.5)
 
 
 @pytest.fixture(scope="module")
 def trotting() -> Recording:
-    return record(trot, 6.0)
+    return record(trot, 5.0)
 
 
+@cache
 def believe(
     recording: Recording, *, seed: int | None = 0, camera: bool = True
 ) -> list[StateEstimate]:
@@ -111,7 +113,7 @@ def test_the_trot_is_worth_estimating(trotting):
     assert speed.std(axis=0).max() > 0.04
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_velocity_is_within_four_centimetres_a_second(trotting, seed):
     assert rms(velocity_error(trotting, believe(trotting, seed=seed))).max() < 0.04
 
@@ -128,7 +130,7 @@ def test_velocity_is_not_late(trotting):
     """Of all shifts in time the belief fits the truth best at none, to a frame of 1/300 s."""
     believed = np.array([b.v_B for b in believe(trotting)])
     true = np.array([t.v_B for t in trotting.truth])
-    window = slice(600, 1500)
+    window = slice(600, 1400)
     for axis in (0, 1):
         misfit = {
             lag: np.mean((believed[window, axis] - np.roll(true[:, axis], lag)[window]) ** 2)
@@ -137,7 +139,7 @@ def test_velocity_is_not_late(trotting):
         assert abs(min(misfit, key=misfit.__getitem__)) <= 1
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_place_is_within_a_few_hundredths_of_the_way(trotting, seed):
     off = believe(trotting, seed=seed)[-1].p_OB - trotting.truth[-1].p_OB
     assert np.linalg.norm(off[:2]) < 0.03 * trotting.way + 0.03

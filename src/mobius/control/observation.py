@@ -66,9 +66,11 @@ def heading_twist(body: Body, q_OB: Array, v_B: Array, w_B: Array) -> tuple[Arra
     c, s = np.cos(yaw), np.sin(yaw)
 
     def to_heading(v: Array) -> Array:
-        return np.stack(
-            [c * v[..., 0] + s * v[..., 1], c * v[..., 1] - s * v[..., 0], v[..., 2]], -1
-        )
+        out = np.empty_like(v)
+        out[..., 0] = c * v[..., 0] + s * v[..., 1]
+        out[..., 1] = c * v[..., 1] - s * v[..., 0]
+        out[..., 2] = v[..., 2]
+        return out
 
     return to_heading(rotate(q_OB, v_B)), to_heading(rotate(q_OB, w_B))
 

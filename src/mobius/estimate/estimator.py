@@ -2,9 +2,9 @@
 
 Each frame the IMU predicts (:mod:`mobius.estimate.iekf`). Limbs that stand
 (:mod:`mobius.estimate.contact`) say how fast the trunk moves over their contact points
-(:mod:`mobius.estimate.limbs`): ``v_B = -(w x p + dp)``. Feet slip for as long as they stand,
-so one such velocity counts as if it had the noise of a whole stance; a limb that disagrees
-with the prediction by more than its share loses weight, one that disagrees much is dropped.
+(:mod:`mobius.estimate.limbs`): ``v_B = -(w x p + dp)``. A limb that disagrees with the
+prediction by more than its share loses weight, one that disagrees much is dropped. How far
+the others disagree among themselves tells how much they slip, and how little to trust them.
 The camera's pose comes late, drifts, drops out and jumps; :class:`InvariantFilter` carries
 its track as a second odometer and re-anchors it after gaps and jumps.
 """
@@ -74,6 +74,11 @@ class Estimator:
         self._camera_noise = np.diag(N**2)
 
     def update(self, frame: SensorFrame) -> StateEstimate:
+        """Take in one frame and say what is believed now."""
+        self.take(frame)
+        return self.belief()
+
+    def take(self, frame: SensorFrame) -> None:
         """Take in one frame; frames come in order, at most 0.1 s apart."""
         belief = self.filter
         dt = frame.stamp - self._stamp
@@ -93,12 +98,17 @@ class Estimator:
             self._correct(frame)
             self._since = 0.0
         self._frames += 1
+        self._gyro = frame.gyro_I
+
+    def belief(self) -> StateEstimate:
+        """What is believed after the newest frame; a third of the cost of an update."""
+        belief = self.filter
         return StateEstimate(
-            stamp=frame.stamp,
+            stamp=self._stamp,
             p_OB=belief.p,
             q_OB=mat_to_quat(belief.R),
             v_B=belief.v @ belief.R,
-            w_B=frame.gyro_I - belief.gyro_bias,
+            w_B=self._gyro - belief.gyro_bias,
             contact=np.array(self._standing),
             cov=belief.covariance(),
         )
@@ -142,6 +152,7 @@ class Estimator:
         vx, vy, vz = (belief.v @ belief.R).tolist()
         unsure = belief.P.item(3, 3) + belief.P.item(4, 4) + belief.P.item(5, 5)
         total, flat, up, square, foot_xy, foot_z = 0.0, 0j, 0.0, 0.0, 0j, 0.0
+        heard = 0
         for i, (limb, p) in enumerate(zip(limbs, self._standing, strict=True)):
             if p < 0.5:
                 self.slip[i] = np.nan
@@ -154,11 +165,11 @@ class Estimator:
             if ratio > c.lost_gate**2:
                 continue
             weight = p / max(ratio, 1.0)
-            total += weight
+            heard, total = heard + 1, total + weight
             flat, up = flat + weight * xy, up + weight * z
             square += weight * (abs(xy) ** 2 + z * z)
             foot_xy, foot_z = foot_xy + weight * limb.contact[0], foot_z + weight * limb.contact[1]
-        if total == 0.0:
+        if not heard:
             self._disowned += max(self._standing) >= 0.5
             if self._disowned >= c.legs_patience:
                 belief.doubt_velocity(c.doubt**2)
@@ -166,12 +177,15 @@ class Estimator:
             return
         self._disowned = 0
         v_B = np.array([flat.real, flat.imag, up]) / total
-        blend = self._since / (c.slip_time + self._since)
-        self._spread2 += blend * (max(square / total - float(v_B @ v_B), 0.0) - self._spread2)
-        belief.correct_velocity(v_B, (c.slip**2 + c.slip_spread**2 * self._spread2) / total)
-        if c.ground is not None:
-            point_B = np.array([foot_xy.real, foot_xy.imag, foot_z]) / total
-            belief.correct_height(point_B, c.ground**2)
+        if heard > 1:
+            blend = self._since / (c.slip_time + self._since)
+            self._spread2 += blend * (max(square / total - float(v_B @ v_B), 0.0) - self._spread2)
+        variance = (c.slip**2 + c.slip_spread**2 * self._spread2) / total
+        if c.ground is None:
+            belief.correct_velocity(v_B, variance)
+            return
+        point_B = np.array([foot_xy.real, foot_xy.imag, foot_z]) / total
+        belief.correct_legs(v_B, variance, point_B, c.ground**2)
 
     def _camera(self, w_B: Array) -> None:
         """Follow the camera's track; put it back on ours when it was lost or has jumped."""

@@ -74,6 +74,8 @@ class InvariantFilter:
         walk = [n.gyro_bias**2] * 3 + [n.accel_bias**2] * 3
         self._walk = np.array([0.0] * 9 + walk + [0.0] * 4)
         self._density = np.repeat(np.square([n.gyro, n.accel]), 3)
+        self._H_legs = np.zeros((4, SIZE))
+        self._H_legs[:3, VEL], self._H_legs[3, 8] = _EYE3, 1.0
         self._to_belief = np.zeros((12, SIZE))
         self._to_belief[0:3, PHI] = self._to_belief[3:6, POS] = _EYE3
         self._to_belief[6:9, GYRO] = -_EYE3
@@ -176,6 +178,16 @@ class InvariantFilter:
         H = np.zeros((1, SIZE))
         H[0, 0], H[0, 1], H[0, 8] = point[1], -point[0], 1.0  # (phi x point)_z + rho_p,z
         return self.correct(H, np.array([-point[2]]), np.array([[variance]]))
+
+    def correct_legs(
+        self, v_B: Array, variance: float, point_B: Array, height_variance: float
+    ) -> float:
+        """Velocity and height at once, as :meth:`correct_velocity` and :meth:`correct_height`."""
+        point = self.p + self.R @ point_B
+        H, residual = self._H_legs, np.empty(4)
+        H[3, 0], H[3, 1] = point[1], -point[0]
+        residual[:3], residual[3] = self.R @ v_B - self.v, -point[2]
+        return self.correct(H, residual, np.diag([variance, variance, variance, height_variance]))
 
     def correct_rest(self, gyro: Array, variance: float) -> float:
         """The trunk does not turn while the gyro says (3,) [rad/s]; variance [rad^2/s^2]."""

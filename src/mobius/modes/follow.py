@@ -67,7 +67,7 @@ class PathFollower:
         self._xy = plan.xy_M[keep]
         self._modes = [plan.modes[max(i - 1, 0)] for i in keep] if plan.modes else [Mode.CRAWL]
         steps = np.linalg.norm(np.diff(self._xy, axis=0), axis=1)
-        self._s = np.concatenate([[0.0], np.cumsum(steps)])
+        self._s: list[float] = [0.0, *np.cumsum(steps).tolist()]
         self._progress = 0.0
         self._twist = np.zeros(3)
         self.arrived = False
@@ -75,7 +75,7 @@ class PathFollower:
     @property
     def length(self) -> float:
         """Length of the path [m]."""
-        return float(self._s[-1])
+        return self._s[-1]
 
     @property
     def progress(self) -> float:
@@ -84,18 +84,34 @@ class PathFollower:
 
     def point(self, s: float) -> Array:
         """(2,) path point at distance s [m]."""
-        return np.array([np.interp(s, self._s, self._xy[:, k]) for k in (0, 1)])
+        s = min(max(s, 0.0), self._s[-1])
+        i = min(max(int(np.searchsorted(self._s, s)) - 1, 0), max(len(self._s) - 2, 0))
+        if i + 1 >= len(self._s):
+            return self._xy[-1].copy()
+        share = (s - self._s[i]) / (self._s[i + 1] - self._s[i])
+        return self._xy[i] + share * (self._xy[i + 1] - self._xy[i])
 
     def cross_track(self, p: Array) -> float:
         """Distance [m] of p (2,) to the path near the current progress."""
         return float(np.linalg.norm(p - self.point(self._project(p))))
 
     def _project(self, p: Array) -> float:
-        """Nearest distance along the path, looking 0.3 m back and 1 m ahead."""
-        low, high = self._progress - 0.3, self._progress + 1.0
-        s = np.linspace(max(low, 0.0), min(high, self._s[-1]), 40)
-        xy = np.stack([np.interp(s, self._s, self._xy[:, k]) for k in (0, 1)], axis=1)
-        return float(s[np.argmin(np.sum((xy - p) ** 2, axis=1))])
+        """Distance along the path nearest to p, looking 0.3 m back and 1 m ahead."""
+        low, high = max(self._progress - 0.3, 0.0), min(self._progress + 1.0, self._s[-1])
+        best, nearest = self._progress, np.inf
+        first = max(int(np.searchsorted(self._s, low)) - 1, 0)
+        for i in range(first, len(self._s) - 1):
+            if self._s[i] > high:
+                break
+            step = self._xy[i + 1] - self._xy[i]
+            length = self._s[i + 1] - self._s[i]
+            along = min(max(float((p - self._xy[i]) @ step) / length, 0.0), length)
+            s = min(max(self._s[i] + along, low), high)
+            gap = self._xy[i] + (s - self._s[i]) / length * step - p
+            distance = float(gap @ gap)
+            if distance < nearest:
+                best, nearest = s, distance
+        return best
 
     def mode(self) -> Mode:
         """The plan's mode where the robot is."""

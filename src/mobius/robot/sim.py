@@ -21,6 +21,12 @@ from mobius.types import LIMBS, JointCommand, Pose, SensorFrame, StateEstimate
 Array = NDArray[np.float64]
 
 
+def at_or_slice(index: NDArray[np.int64]) -> NDArray[np.int64] | slice:
+    """The same places as a slice where they follow one another: several times faster."""
+    first = int(index[0])
+    return slice(first, first + len(index)) if (np.diff(index) == 1).all() else index
+
+
 class SimRobot:
     """One simulated robot in a scene.
 
@@ -52,15 +58,20 @@ class SimRobot:
         name = mujoco.mj_id2name
         names = [name(model, mujoco.mjtObj.mjOBJ_GEOM, i) or "" for i in range(model.ngeom)]
         self._obstacle = np.array([n.startswith(("wall_", "shelf_")) for n in names])
-        self._contact_at = [model.sensor(f"{limb}_contact").adr[0] for limb in LIMBS]
-        self._sensor_at = {
-            k: slice(int(model.sensor(k).adr[0]), int(model.sensor(k).adr[0]) + 3)
-            for k in (
-                "imu_gyro",
-                "imu_accel",
-                *(f"{s}_wrist_{k}" for s in ("left", "right") for k in ("force", "torque")),
-            )
-        }
+        contact = [int(model.sensor(f"{limb}_contact").adr[0]) for limb in LIMBS]
+        self._contact_at = np.array([[a + 1, a + 2, a + 3] for a in contact])
+        gyro, accel = (int(model.sensor(k).adr[0]) for k in ("imu_gyro", "imu_accel"))
+        self._imu_at = at_or_slice(np.r_[gyro : gyro + 3, accel : accel + 3])
+        self._imu = np.array(self.data.sensordata[self._imu_at])
+        self._imu_sum, self._imu_ticks = np.zeros(6), 0
+        wrench = [
+            int(model.sensor(f"{side}_wrist_{kind}").adr[0]) + i
+            for side in ("left", "right")
+            for kind in ("force", "torque")
+            for i in range(3)
+        ]
+        self._wrench_at = np.array(wrench)
+        self._motors = at_or_slice(self.at.actuator)
 
     def _start(self, keyframe: str, xy: Array, yaw: float) -> None:
         q, ctrl = model_robot.keyframe_joints(keyframe)
@@ -72,10 +83,8 @@ class SimRobot:
             self.model, q, p=(*xy, base[2] + 0.001), quat=quat_mul(turn, base[3:])
         )
         self.data.ctrl[self.at.actuator] = ctrl
-        self._queue: deque[Array] = deque(
-            [ctrl.copy()] * self.variation.delay_ticks, maxlen=self.variation.delay_ticks or 1
-        )
-        self._target = ctrl.copy()
+        self._queue: deque[Array] = deque([ctrl.copy()] * self.variation.delay_ticks)
+        self._target, self._fresh = ctrl.copy(), False
         mujoco.mj_forward(self.model, self.data)
         self._vio: Pose | None = self._pose()
 
@@ -100,40 +109,44 @@ class SimRobot:
         self.close()
 
     def read(self) -> SensorFrame:
-        """Perfect readings of this tick; :mod:`mobius.sense` makes them real."""
-        d, at, s = self.data, self.at, self._sensor_at
+        """Perfect readings of this tick; :mod:`mobius.sense` makes them real.
+
+        The IMU averages over the ticks since the last read, as a real one does, so that foot
+        strikes do not alias.
+        """
+        d, at = self.data, self.at
         vio, self._vio = self._vio, None
-        wrench = [
-            np.concatenate(
-                [d.sensordata[s[f"{side}_wrist_force"]], d.sensordata[s[f"{side}_wrist_torque"]]]
-            )
-            for side in ("left", "right")
-        ]
+        if self._imu_ticks:
+            self._imu = self._imu_sum / self._imu_ticks
+            self._imu_sum, self._imu_ticks = np.zeros(6), 0
         return SensorFrame(
             stamp=self.tick * TICK,
             q=d.qpos[at.qpos],
             dq=d.qvel[at.dof],
             torque=self.torque(),
-            wrench_S=np.stack(wrench),
-            gyro_I=d.sensordata[s["imu_gyro"]],
-            accel_I=d.sensordata[s["imu_accel"]],
+            wrench_S=d.sensordata[self._wrench_at].reshape(2, 6),
+            gyro_I=self._imu[:3],
+            accel_I=self._imu[3:],
             vio=vio,
         )
 
     def write(self, command: JointCommand) -> JointCommand:
         """Send servo targets; returns them as the joint limits let them through."""
         sent = limit_targets(command)
-        self._target = np.array(sent.q)
+        self._target, self._fresh = np.array(sent.q), True
         return sent
 
     def wait(self) -> None:
         """One physics step of 1/600 s."""
         if self.variation.delay_ticks:
-            self.data.ctrl[self.at.actuator] = self._queue.popleft()
             self._queue.append(self._target)
-        else:
-            self.data.ctrl[self.at.actuator] = self._target
+            self.data.ctrl[self._motors] = self._queue.popleft()
+        elif self._fresh:
+            self.data.ctrl[self._motors] = self._target
+            self._fresh = False
         mujoco.mj_step(self.model, self.data)
+        self._imu_sum += self.data.sensordata[self._imu_at]
+        self._imu_ticks += 1
         self.tick += 1
         if self.tick % 3 == 0:
             self._vio = self._pose()
@@ -164,8 +177,8 @@ class SimRobot:
 
     def contact_force(self) -> Array:
         """(4,) size of the contact force at each limb's end [N], order LIMBS."""
-        rows = [self.data.sensordata[a + 1 : a + 4] for a in self._contact_at]
-        return np.linalg.norm(np.stack(rows), axis=1)
+        force = self.data.sensordata[self._contact_at]
+        return np.sqrt(np.einsum("ij,ij->i", force, force))
 
     def obstacle_force(self) -> float:
         """Largest normal force [N] of the robot against a wall or shelf at this tick."""
