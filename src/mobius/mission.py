@@ -31,7 +31,7 @@ FOOTPRINT_MARGIN = 0.08
 LANE = 0.34
 """Least distance to obstacles where it only goes straight [m]: half the stance's width of
 0.62 m and 3 cm."""
-CLEARANCE_WANTED = 0.9
+CLEARANCE_WANTED = 0.6
 """Cells closer than this to an obstacle [m] are dearer."""
 ARRIVE_WITHIN = 0.35
 """A run counts as arrived when the true trunk ends this close to the goal [m]."""
@@ -95,7 +95,7 @@ def open_world(
 def clearance_cost(world: World) -> Array:
     """(nx, ny) points: 1 a cell, more where an obstacle is near."""
     lack = np.clip(CLEARANCE_WANTED - world.clearance, 0.0, None) / CLEARANCE_WANTED
-    return 1.0 + 3.0 * lack
+    return 1.0 + 2.0 * lack
 
 
 def plan_mission(world: World, modes: Sequence[Mode], *, deadline_s: float = 2.0) -> Plan:
