@@ -35,7 +35,7 @@ CLEARANCE_WANTED = 0.6
 """Cells closer than this to an obstacle [m] are dearer."""
 ARRIVE_WITHIN = 0.35
 """A run counts as arrived when the true trunk ends this close to the goal [m]."""
-SETTLE_S = 0.8
+SETTLE_S = 1.5
 """The robot stands this long before it sets out [s]: at rest the estimator finds the gyro's
 bias."""
 MODES_SO_FAR = (Mode.CRAWL,)
