@@ -17,7 +17,7 @@ from mobius.errors import InvalidInput, MobiusError
 from mobius.modes import FollowerConfig, PathFollower
 from mobius.plan import Weights, build_problem, check, solve
 from mobius.robot import TICK
-from mobius.stack import ACT_EVERY, FRAME_EVERY, Judge, RunRecord, Sample
+from mobius.stack import ACT_EVERY, FRAME_EVERY, Judge, RunRecord
 from mobius.types import GridMap, Mode, ModeCommand, Plan, Pose, StateEstimate
 from mobius.world import World, load_world
 
@@ -157,7 +157,6 @@ def drive(
     randomised: bool = True,
     policy: Path | None = None,
     config: FollowerConfig | None = None,
-    on_sample: Callable[[Sample, StateEstimate], None] | None = None,
     progress: Progress | None = None,
 ) -> tuple[RunRecord, Judge, Any]:
     """Carry a plan out in physics; returns the record, the judge and the compiled scene.
@@ -192,9 +191,7 @@ def drive(
         sample = stack.turn(source)
         if sample is None:
             continue
-        truth = judge.see(sample)
-        if on_sample is not None:
-            on_sample(sample, truth)
+        judge.see(sample)
         if follower.arrived and stop_at == np.inf:
             stop_at = stack.tick * TICK + 1.0
         if progress is not None and sample.tick % 60 == 0:
@@ -208,7 +205,7 @@ def drive(
 def summarise(
     record: RunRecord, judge: Judge, plan: Plan, *, seed: int, wall_s: float
 ) -> dict[str, Any]:
-    """What ``summary.json`` holds; the real-time factor is that of the loop, recording included."""
+    """What ``summary.json`` holds; the real-time factor is that of the loop, before files are written."""
     goal = record.plan.xy_M[-1]
     distance = float(np.linalg.norm(record.true_p[-1, :2] - goal))
     sim_s = float(record.t[-1]) + ACT_EVERY * TICK
@@ -306,7 +303,26 @@ def run(
     odom_in_map = Pose(p=np.zeros(3), q=np.array([1.0, 0.0, 0.0, 0.0]))
     recorder.once(grid=world.grid, plan=with_ends(plan, world.grid), pose_MO=odom_in_map)
 
-    def keep(sample: Sample, truth: StateEstimate) -> None:
+    began = time.perf_counter()
+    record, judge, model = drive(
+        world,
+        plan,
+        seed=seed,
+        randomised=randomised,
+        policy=policy,
+        progress=progress,
+    )
+    wall = time.perf_counter() - began
+    log(recorder, judge)
+    record.summary = summarise(record, judge, plan, seed=seed, wall_s=wall)
+    record.summary["map"] = world.name
+    files, notes = _write(out, world, record, recorder, model, video=video, progress=progress)
+    return Outcome(record, record.summary, files, notes)
+
+
+def log(recorder: Any, judge: Judge) -> None:
+    """Every sample of a run into a recorder, with the truth beside it."""
+    for sample, truth in zip(judge.samples, judge.truths, strict=True):
         recorder.step(
             sample.tick,
             frame=sample.frame,
@@ -315,22 +331,6 @@ def run(
             target=sample.sent,
             truth=truth,
         )
-
-    began = time.perf_counter()
-    record, judge, model = drive(
-        world,
-        plan,
-        seed=seed,
-        randomised=randomised,
-        policy=policy,
-        on_sample=keep,
-        progress=progress,
-    )
-    wall = time.perf_counter() - began
-    record.summary = summarise(record, judge, plan, seed=seed, wall_s=wall)
-    record.summary["map"] = world.name
-    files, notes = _write(out, world, record, recorder, model, video=video, progress=progress)
-    return Outcome(record, record.summary, files, notes)
 
 
 def _write(
