@@ -205,7 +205,7 @@ def drive(
 def summarise(
     record: RunRecord, judge: Judge, plan: Plan, *, seed: int, wall_s: float
 ) -> dict[str, Any]:
-    """What ``summary.json`` holds; the real-time factor is that of the loop, before files are written."""
+    """What ``summary.json`` holds; the real-time factor is that of the loop without files."""
     goal = record.plan.xy_M[-1]
     distance = float(np.linalg.norm(record.true_p[-1, :2] - goal))
     sim_s = float(record.t[-1]) + ACT_EVERY * TICK
