@@ -69,7 +69,7 @@ def episode(
     from mobius.stack import Judge
 
     commands = commands_of(body, seed)
-    start = Start(seed=seed, randomised=randomised)
+    start = Start(body=body, seed=seed, randomised=randomised)
     stack, robot = build_sim_stack(flat_model(), start, policy=policy)
     judge = Judge(robot, body=body)
     mode = body_of(body).mode

@@ -172,7 +172,7 @@ def drive(
     model = build_scene(world, load_spec("full")).compile()
     model.opt.timestep = TICK
     x, y = (float(v) for v in path.xy_M[0])
-    start = Start((x, y), path_heading(plan), seed, randomised)
+    start = Start(xy=(x, y), yaw=path_heading(plan), seed=seed, randomised=randomised)
     stack, robot = build_sim_stack(model, start, policy=policy)
     judge = Judge(robot)
     follower = PathFollower(

@@ -33,6 +33,7 @@ def signals(**change) -> Signals:
         foot_speed=np.zeros((n, f)),
         fallen=np.zeros(n),
         early=np.ones(n),
+        swing_top=0.045,
         sigma_linear=0.25,
         sigma_yaw=0.25,
     )

@@ -52,6 +52,12 @@ def _crawl_joints() -> tuple[str, ...]:
     return tuple(names + [f"{s}_{j}" for s in ("left", "right") for j in leg])
 
 
+def _biped_joints() -> tuple[str, ...]:
+    """8: four a leg; the arms hold their pose, Sec. IV-A2."""
+    leg = ("hip_yaw", "hip_motor_a", "hip_motor_b", "ankle_pitch")
+    return tuple(f"{s}_{j}" for s in ("left", "right") for j in leg)
+
+
 BODIES: dict[str, Body] = {
     "crawl": Body(
         mode=Mode.CRAWL,
@@ -59,10 +65,21 @@ BODIES: dict[str, Body] = {
         joints=_crawl_joints(),
         heading="crawl",
         feet=LIMBS,
-        gait=Gait(period=0.56, offsets=(0.0, 0.5, 0.5, 0.0), swing=(0.06, 0.44)),
+        gait=Gait(period=0.56, offsets=(0.0, 0.5, 0.5, 0.0), swing=(0.06, 0.44), height=0.045),
         fallen_below=0.12,
         command_low=(-0.4, -0.4, -0.6),
         command_high=(0.4, 0.4, 0.6),
+    ),
+    "biped": Body(
+        mode=Mode.BIPED,
+        keyframe="stand",
+        joints=_biped_joints(),
+        heading="biped",
+        feet=("left_leg", "right_leg"),
+        gait=Gait(period=0.64, offsets=(0.0, 0.5), swing=(0.08, 0.42), height=0.03),
+        fallen_below=0.33,
+        command_low=(-0.25, -0.15, -0.5),
+        command_high=(0.25, 0.15, 0.5),
     ),
 }
 """Bodies with a policy so far."""

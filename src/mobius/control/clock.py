@@ -25,6 +25,8 @@ class Gait:
     """Phase of each foot ahead of the clock, in strides."""
     swing: tuple[float, float]
     """Part of a foot's own phase in which it should be in the air."""
+    height: float
+    """Of the sole in the middle of a swing [m]."""
 
 
 MOVE_GATE = 0.05

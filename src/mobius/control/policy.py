@@ -49,7 +49,7 @@ def shipped_policy(body: str) -> Path:
 def load_policy(path: Path) -> PolicyFile:
     """Read an ONNX policy. Raises :class:`PolicyError` when it does not fit this robot."""
     if not path.is_file():
-        raise PolicyError(f"{path}: no such policy file; type 'mobius train crawl' to make one")
+        raise PolicyError(f"{path}: no such policy file; make one with mobius train")
     options = ort.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 3

@@ -218,6 +218,7 @@ class LocomotionEnv:
             foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
             fallen=fallen.astype(float),
             early=(self.steps < 500).astype(float),
+            swing_top=self.body.gait.height,
             sigma_linear=self.cfg.sigma_linear,
             sigma_yaw=self.cfg.sigma_yaw,
         )

@@ -156,8 +156,34 @@ class Preset:
 
 _FAST = Preset(EnvConfig(), num_envs=512, steps=4_000_000)
 
+_BIPED = Preset(
+    EnvConfig(
+        body="biped",
+        min_height=0.36,
+        min_upright=0.7,
+        velocity_filter_s=0.4,
+        sigma_linear=0.012,
+        sigma_yaw=0.06,
+        randomisation=Randomisation(trunk_com=0.02, initial_joint=0.02),
+        weights={
+            "alive": 0.3,
+            "power": -0.002,
+            "torque": -0.0003,
+            "slip": -0.2,
+            "gait": 0.8,
+            "swing_height": -0.8,
+            "pose": -0.1,
+            "stand_still": -0.1,
+        },
+    ),
+    num_envs=512,
+    steps=14_000_000,
+)
+
 PRESETS: dict[tuple[str, str], Preset] = {
     ("crawl", "fast"): _FAST,
+    ("biped", "fast"): _BIPED,
+    ("biped", "smoke"): replace(_BIPED, num_envs=32, steps=32 * 24 * 4),
     ("crawl", "smoke"): replace(_FAST, num_envs=32, steps=32 * 24 * 4),
 }
 """(body, preset) -> configuration."""

@@ -65,6 +65,8 @@ class Signals:
     """(n,) 1 where the episode ends by a fall."""
     early: Array
     """(n,) 1 before step 500."""
+    swing_top: float
+    """Height that a sole should have in the middle of a swing [m]."""
     sigma_linear: float
     sigma_yaw: float
 
@@ -170,10 +172,6 @@ def pose(s: Signals) -> Array:
     return np.sum(s.q_error**2, axis=1)
 
 
-SWING_HEIGHT = 0.045
-"""Height of the sole in the middle of a swing [m]."""
-
-
 def gait(s: Signals) -> Array:
     """Feet that do what the clock wants minus feet that do not, as a mean in [-1, 1]."""
     wanted = s.swing > 0
@@ -183,7 +181,7 @@ def gait(s: Signals) -> Array:
 
 def swing_height(s: Signals) -> Array:
     """Squared relative miss of the swing height, at most 1 a foot, over swinging feet."""
-    miss = np.clip((s.foot_height - SWING_HEIGHT * s.swing) / SWING_HEIGHT, -1.0, 1.0)
+    miss = np.clip(s.foot_height / s.swing_top - s.swing, -1.0, 1.0)
     return np.mean(miss**2 * (s.swing > 0), axis=1)
 
 
