@@ -96,7 +96,7 @@ def test_same_seed_same_run(tmp_path):
     np.testing.assert_array_equal(ends[0], ends[1])
 
 
-RUN_ARENA = "import sys; from mobius.cli import main; main(sys.argv[1:])"
+RUN_ARENA = "import sys; from mobius.cli import main; sys.exit(main(sys.argv[1:]))"
 
 
 def test_a_kill_leaves_whole_files_or_none(tmp_path):
@@ -119,3 +119,21 @@ def test_a_kill_leaves_whole_files_or_none(tmp_path):
     assert not (out / "summary.json").exists()  # the last file to be written
     if (out / "run.mcap").exists():
         assert list(read_ros2_messages(str(out / "run.mcap"), topics=["/odom"]))
+
+
+def test_without_opengl_the_run_goes_on_without_video(tmp_path):
+    """MUJOCO_GL names a back end that is not there: one line, all files but the video."""
+    out = tmp_path / "run"
+    done = subprocess.run(
+        [sys.executable, "-c", RUN_ARENA, "run", "arena", "--out", str(out)],
+        env={**os.environ, "MUJOCO_GL": "osmesa", "PYOPENGL_PLATFORM": "osmesa"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr
+    if (out / "video.mp4").exists():
+        pytest.skip("OSMesa works here")
+    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    assert len(lines) == 1 and lines[0].startswith("no video: ") and "unset MUJOCO_GL" in lines[0]
+    assert (out / "summary.json").exists() and (out / "report.html").exists()

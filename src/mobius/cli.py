@@ -63,8 +63,10 @@ class Run:
     def __call__(self) -> int:
         """Run the mission and say where the files are."""
         from mobius import mission
+        from mobius.headless import import_mujoco
 
         _at_least("--seed", self.seed, 0)
+        import_mujoco()
         out = self.out or Path("runs") / f"{Path(self.map).stem}_seed{self.seed}"
         with _Bar() as bar:
             outcome = mission.run(
@@ -172,6 +174,9 @@ class Train:
 
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
         _need_train()
+        from mobius.headless import import_mujoco
+
+        import_mujoco()
         from mobius.train.export import export
         from mobius.train.learn import train
         from mobius.train.presets import preset_of
@@ -229,12 +234,14 @@ class Eval:
     def __call__(self) -> int:
         """Evaluate and print."""
         from mobius.evaluate import tracking
+        from mobius.headless import import_mujoco
 
         if self.what != "tracking":
             raise UnknownName("evaluation", self.what, ("tracking",))
         _at_least("--seeds", self.seeds, 1)
         _at_least("--seed", self.seed, 0)
         _at_least("--workers", self.workers, 0)
+        import_mujoco()
         with _Bar() as bar:
             seen = [0]
 
@@ -279,7 +286,9 @@ class Bench:
     def __call__(self) -> int:
         """Measure and print."""
         from mobius.bench import bench
+        from mobius.headless import import_mujoco
 
+        import_mujoco()
         figures = bench()
         for name, value in figures.items():
             print(f"{name:40s} {value:12.4g}")

@@ -21,7 +21,7 @@ SOURCE = ROOT / "src" / "mobius"
 LAYERS = (
     ("cli", "__main__"),
     ("mission", "evaluate", "bench"),
-    ("train", "bridge", "view", "reproduce", "doctor"),
+    ("train", "bridge", "view", "reproduce", "doctor", "headless"),
     ("assemble",),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
