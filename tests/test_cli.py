@@ -1,6 +1,12 @@
 """The command line: one line for a mistake, an exit code, nothing left behind."""
 
+import ast
+import inspect
 import json
+import re
+import textwrap
+from dataclasses import fields
+from itertools import pairwise
 
 import pytest
 
@@ -76,9 +82,29 @@ def test_unknown_verb_and_option_stop_with_a_hint(capsys):
     assert code == 2 and "--horizon" in err
 
 
+def test_a_goal_out_of_reach_is_infeasible_in_json_too(capsys):
+    code, out, err = run(capsys, "plan", "demo", "--modes", "roll", "--json")
+    assert code == 1 and err.startswith("mobius: ")
+    plan = json.loads(out)
+    assert plan["status"] == "infeasible" and plan["steps"] == [] and plan["objective"] is None
+
+
+def attribute_docs(verb: str) -> dict[str, str]:
+    """The docstring below each field of a verb's class."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(VERBS[verb]))).body[0]
+    docs = {}
+    for field, doc in pairwise(tree.body):  # type: ignore[attr-defined]
+        if isinstance(field, ast.AnnAssign) and isinstance(doc, ast.Expr):
+            docs[field.target.id] = doc.value.value  # type: ignore[union-attr, attr-defined]
+    return docs
+
+
 @pytest.mark.parametrize("verb", sorted(VERBS))
 def test_help_explains_every_option(capsys, verb):
     code, out, _ = run(capsys, verb, "--help")
     assert code == 0
-    text = VERBS[verb].__doc__
-    assert text and text.split(".")[0].split()[0] in out
+    told = "".join(re.sub(r"[│╭╰─╮╯|]", " ", out).split())
+    docs = attribute_docs(verb)
+    assert set(docs) == {f.name for f in fields(VERBS[verb])}  # type: ignore[arg-type]
+    for name, doc in docs.items():
+        assert "".join(doc.split()) in told, f"{verb}: --{name} is not explained"

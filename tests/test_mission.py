@@ -11,8 +11,14 @@ import numpy as np
 import pytest
 
 from mobius import mission
+from mobius.errors import InvalidInput
 from mobius.model import JOINTS
-from mobius.types import Mode
+from mobius.model.robot import load_model
+from mobius.modes import ModeMachine
+from mobius.results import staged
+from mobius.robot.sim import SimRobot
+from mobius.stack import Judge, Stack
+from mobius.types import JointCommand, Mode, ModeCommand
 
 KEYS = {
     "goal_reached",
@@ -100,25 +106,100 @@ RUN_ARENA = "import sys; from mobius.cli import main; sys.exit(main(sys.argv[1:]
 
 
 def test_a_kill_leaves_whole_files_or_none(tmp_path):
-    """Killed while files are being written: each file that is there can be read."""
+    """Killed while files are being written: no folder of that name, and no half file."""
     from mcap_ros2.reader import read_ros2_messages
 
     out = tmp_path / "killed"
     args = ["run", "arena", "--no-video", "--out", str(out)]
-    child = subprocess.Popen(
-        [sys.executable, "-c", RUN_ARENA, *args],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    while child.poll() is None and not (out / "plan.json").exists():
-        assert not out.exists() or not list(out.glob("*.html"))
-        time.sleep(0.01)
+    quiet = subprocess.DEVNULL
+    child = subprocess.Popen([sys.executable, "-c", RUN_ARENA, *args], stdout=quiet, stderr=quiet)
+    stage = tmp_path / f".killed.{child.pid}.partial"
+    while child.poll() is None and not (stage / "plan.json").exists():
+        time.sleep(0.005)
     os.kill(child.pid, signal.SIGKILL)
     child.wait()
-    json.loads((out / "plan.json").read_text())
-    assert not (out / "summary.json").exists()  # the last file to be written
-    if (out / "run.mcap").exists():
-        assert list(read_ros2_messages(str(out / "run.mcap"), topics=["/odom"]))
+    assert not out.exists()  # the folder gets its name when all is there
+    json.loads((stage / "plan.json").read_text())
+    if (stage / "run.mcap").exists():
+        assert list(read_ros2_messages(str(stage / "run.mcap"), topics=["/odom"]))
+
+
+def test_only_an_older_run_is_replaced(tmp_path):
+    out = tmp_path / "demo"
+    out.mkdir()
+    (out / "summary.json").write_text("{}")
+    with staged(out, replace=True) as stage:
+        (stage / "summary.json").write_text('{"new": 1}')
+        assert json.loads((out / "summary.json").read_text()) == {}  # until the very end
+    assert json.loads((out / "summary.json").read_text()) == {"new": 1}
+    with pytest.raises(InvalidInput, match="not empty"), staged(out):
+        pass
+    (out / "thesis.tex").write_text("years of work")
+    with pytest.raises(InvalidInput, match="not empty"), staged(out, replace=True):
+        pass
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["demo"]
+
+
+def test_a_failure_leaves_no_folder(tmp_path):
+    out = tmp_path / "broken"
+    with pytest.raises(RuntimeError), staged(out) as stage:
+        (stage / "plan.json").write_text("{}")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_plan_file_holds_the_plan_that_was_proven(outcome):
+    world = mission.open_world("arena")
+    plan = mission.plan_mission(world, [Mode.CRAWL])
+    written = json.loads(outcome.files["plan.json"].read_text())
+    assert len(written["steps"]) == len(plan.cells)
+    np.testing.assert_allclose([[s["x"], s["y"]] for s in written["steps"]], plan.xy_M)
+    assert written["objective"] == plan.objective == outcome.summary["plan"]["objective"]
+
+
+class Perfect:
+    """Senses and estimator that know the truth."""
+
+    def __init__(self, robot=None):
+        self.robot = robot
+
+    def corrupt(self, frame):
+        return frame
+
+    def take(self, frame):
+        pass
+
+    def belief(self):
+        return self.robot.truth()
+
+
+class Hold:
+    """Keeps the joints where they are."""
+
+    def reset(self):
+        pass
+
+    def act(self, command, belief, frame):
+        return JointCommand(frame.q, frame.stamp)
+
+
+@pytest.mark.parametrize(
+    ("pose", "fallen"), [("crawl", False), ("prone", True), ("supine", True), ("on_head", True)]
+)
+def test_lying_is_judged_as_fallen(pose, fallen):
+    robot = SimRobot(load_model("full"), keyframe=pose)
+    stack = Stack(
+        robot,
+        senses=Perfect(),
+        estimator=Perfect(robot),
+        machine=ModeMachine(frozenset({Mode.CRAWL})),
+        controllers={Mode.CRAWL: Hold()},
+    )
+    judge = Judge(robot)
+    sample = stack.turn(lambda b: ModeCommand(Mode.CRAWL, np.zeros(3), b.stamp))
+    assert sample is not None
+    judge.see(sample)
+    assert judge.fallen is fallen
 
 
 def test_without_opengl_the_run_goes_on_without_video(tmp_path):

@@ -22,7 +22,7 @@ class Demo:
     """Watch the robot crawl across the shipped two-room map; leaves report, video and log."""
 
     out: Path = Path("runs/demo")
-    """Folder for the results; replaced by a newer demo."""
+    """Folder for the results; new, empty, or an older run, which is replaced."""
     seed: int = 0
     """Seed of friction, mass, delay and sensor drift; any whole number >= 0."""
     video: bool = True
@@ -30,11 +30,7 @@ class Demo:
 
     def __call__(self) -> int:
         """Drive the demo map."""
-        import shutil
-
-        if (self.out / "summary.json").is_file():
-            shutil.rmtree(self.out)  # an older demo, by the file only a finished run leaves
-        return Run("demo", out=self.out, seed=self.seed, video=self.video)()
+        return Run("demo", out=self.out, seed=self.seed, video=self.video).carry_out(replace=True)
 
 
 @dataclass
@@ -61,6 +57,10 @@ class Run:
     """ONNX policy to walk with; the shipped one if left out."""
 
     def __call__(self) -> int:
+        """Run the mission into a new folder."""
+        return self.carry_out(replace=False)
+
+    def carry_out(self, *, replace: bool) -> int:
         """Run the mission and say where the files are."""
         from mobius import mission
         from mobius.headless import import_mujoco
@@ -79,6 +79,7 @@ class Run:
                 randomised=self.randomised,
                 video=self.video,
                 policy=self.policy,
+                replace=replace,
                 progress=bar,
             )
         s = outcome.summary
@@ -102,7 +103,11 @@ class Run:
 
 @dataclass
 class PlanVerb:
-    """Plan on a map and print the plan: status, objective, bound, steps."""
+    """Plan on a map and print the plan: status, objective (higher is better), bound, steps.
+
+    The objective is the repaired Table IV: cells seen earn, modes cost. ``mobius run`` plans the
+    shortest way instead, with a cost near obstacles.
+    """
 
     map: Positional[str]
     """A Nav2 map.yaml, a MovingAI .map, or the name of a shipped map."""
@@ -122,20 +127,27 @@ class PlanVerb:
     def __call__(self) -> int:
         """Solve and print."""
         from mobius import mission
-        from mobius.plan import build_problem, check, solve
+        from mobius.plan import NoPlan, build_problem, check, solve
+        from mobius.results import plan_as_json
 
         if self.horizon is not None:
             _at_least("--horizon", self.horizon, 0)
         if not self.deadline > 0:
             raise InvalidInput(f"--deadline: expected seconds > 0, got {self.deadline}")
         world = mission.open_world(self.map, start=self.start, goal=self.goal)
-        problem = build_problem(
-            world.grid, horizon=self.horizon, modes=self.modes, must_reach=self.horizon is None
-        )
-        plan = solve(problem, deadline_s=self.deadline, raise_infeasible=False)
-        if plan.status != "infeasible":
-            check(problem, plan)
-        result = mission.plan_as_json(plan)
+        try:
+            problem = build_problem(
+                world.grid, horizon=self.horizon, modes=self.modes, must_reach=self.horizon is None
+            )
+            plan = solve(problem, deadline_s=self.deadline)
+        except NoPlan as error:
+            print(f"mobius: {error}", file=sys.stderr)
+            if self.json:
+                nothing = dict.fromkeys(("objective", "bound", "gap", "solve_ms"))
+                print(json.dumps({"status": "infeasible", **nothing, "steps": []}))
+            return 1
+        check(problem, plan)
+        result = plan_as_json(plan)
         if self.json:
             print(json.dumps(result))
         else:
@@ -145,7 +157,7 @@ class PlanVerb:
             )
             for step in result["steps"]:
                 print(f"{step['t']:4d}  {step['x']:8.2f} {step['y']:8.2f} m  {step['mode']}")
-        return 0 if plan.status != "infeasible" else 1
+        return 0
 
 
 @dataclass
@@ -163,7 +175,7 @@ class Train:
     steps: int | None = None
     """Environment steps in all, > 0; the preset's own if left out."""
     threads: int = 0
-    """CPU threads; 0 takes all."""
+    """CPU threads, >= 0; 0 takes all."""
     resume: bool = False
     """Continue the run in --out."""
 
@@ -183,6 +195,7 @@ class Train:
 
         preset = preset_of(self.body, self.preset)
         _at_least("--seed", self.seed, 0)
+        _at_least("--threads", self.threads, 0)
         if self.steps is not None:
             _at_least("--steps", self.steps, 1)
             preset = replace(preset, steps=self.steps)
@@ -227,7 +240,7 @@ class Eval:
     randomised: bool = True
     """Draw robot, floor and sensors from each seed."""
     workers: int = 0
-    """Processes; 0 takes one a CPU."""
+    """Processes, >= 0; 0 takes one a CPU."""
     json: bool = False
     """Print one JSON object and nothing else."""
 
@@ -375,7 +388,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"mobius: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("mobius: stopped by the user; nothing was left half-written", file=sys.stderr)
+        print("mobius: stopped by the user; no half-written folder was left", file=sys.stderr)
         return 130
 
 

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.errors import InvalidInput, MobiusError
+from mobius.errors import InvalidInput
 from mobius.modes import FollowerConfig, PathFollower
 from mobius.plan import Weights, build_problem, check, solve
+from mobius.results import Progress, staged, write_results
 from mobius.robot import TICK
-from mobius.stack import ACT_EVERY, FRAME_EVERY, Judge, RunRecord
-from mobius.types import GridMap, Mode, ModeCommand, Plan, Pose, StateEstimate
+from mobius.stack import ACT_EVERY, Judge, RunRecord
+from mobius.types import GridMap, Mode, ModeCommand, Plan, StateEstimate
 from mobius.world import World, load_world
 
 Array = NDArray[np.float64]
@@ -40,9 +41,6 @@ SETTLE_S = 1.5
 bias."""
 MODES_SO_FAR = (Mode.CRAWL,)
 """Modes the robot can carry out."""
-
-Progress = Callable[[str, float], None]
-"""Called with what is going on and how much of it is done (0 to 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +159,7 @@ def drive(
 ) -> tuple[RunRecord, Judge, Any]:
     """Carry a plan out in physics; returns the record, the judge and the compiled scene.
 
-    Ends half a second after the follower says it arrived, at a fall, or at the time limit
+    Ends one second after the follower says it arrived, at a fall, or at the time limit
     (four times what the path takes at cruising speed, plus 20 s).
     """
     from mobius.assemble import Start, build_sim_stack
@@ -197,16 +195,16 @@ def drive(
         if progress is not None and sample.tick % 60 == 0:
             progress("driving", min(follower.progress / max(follower.length, 1e-9), 1.0))
     loop_s = time.perf_counter() - began
-    record = judge.record(world.grid, path)
-    record.summary.update(energy_J=stack.energy, loop_s=loop_s)
+    record = judge.record(world.grid, plan)
+    ended = "fallen" if judge.fallen else "arrived" if follower.arrived else "time_limit"
+    record.summary.update(energy_J=stack.energy, loop_s=loop_s, ended=ended)
     return record, judge, model
 
 
-def summarise(
-    record: RunRecord, judge: Judge, plan: Plan, *, seed: int, wall_s: float
-) -> dict[str, Any]:
+def summarise(record: RunRecord, judge: Judge, *, seed: int, wall_s: float) -> dict[str, Any]:
     """What ``summary.json`` holds; the real-time factor is that of the loop without files."""
-    goal = record.plan.xy_M[-1]
+    plan = record.plan
+    goal = plan.xy_M[-1] if record.grid.goal is None else record.grid.goal
     distance = float(np.linalg.norm(record.true_p[-1, :2] - goal))
     sim_s = float(record.t[-1]) + ACT_EVERY * TICK
     cells = {tuple(c) for c in record.grid.cell_of(record.true_p[:, :2])}
@@ -219,6 +217,7 @@ def summarise(
     return {
         "goal_reached": bool(distance <= ARRIVE_WITHIN and not judge.fallen),
         "final_distance_m": distance,
+        "ended": record.summary["ended"],
         "falls": int(judge.fallen),
         "collisions": judge.collisions,
         "sim_time_s": sim_s,
@@ -253,25 +252,6 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{n: version(n) for n in names}}
 
 
-def plan_as_json(plan: Plan) -> dict[str, Any]:
-    """Status, objective, bound, gap, solve time [ms] and steps with metres and mode.
-
-    Step t is where the robot is after t moves; ``mode`` is the one that brought it there.
-    """
-    modes = [plan.modes[0] if plan.modes else Mode.CRAWL, *plan.modes]
-    return {
-        "status": plan.status,
-        "objective": plan.objective,
-        "bound": plan.bound,
-        "gap": plan.gap,
-        "solve_ms": 1e3 * plan.solve_s,
-        "steps": [
-            {"t": t, "x": float(x), "y": float(y), "mode": mode.value}
-            for t, ((x, y), mode) in enumerate(zip(plan.xy_M, modes, strict=True))
-        ],
-    }
-
-
 def run(
     source: str | Path,
     out: Path,
@@ -283,119 +263,31 @@ def run(
     randomised: bool = True,
     video: bool = True,
     policy: Path | None = None,
+    replace: bool = False,
     progress: Progress | None = None,
 ) -> Outcome:
     """Drive a map from start to goal and write everything into ``out``.
 
-    The folder appears when the run is over; each file is complete or absent at any moment.
+    The folder appears when the run is over, whole; with ``replace`` it takes the place of
+    an older run.
 
     Raises:
         MobiusError: A mistake in map, places, modes or policy; nothing has been written.
     """
-    from mobius.bridge.record import McapRecorder
-
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InvalidInput(f"{out} exists and is not empty; choose another --out")
     chosen = check_modes(modes)
     world = open_world(source, start=start, goal=goal)
-    plan = plan_mission(world, chosen)
-    recorder = McapRecorder()
-    odom_in_map = Pose(p=np.zeros(3), q=np.array([1.0, 0.0, 0.0, 0.0]))
-    recorder.once(grid=world.grid, plan=with_ends(plan, world.grid), pose_MO=odom_in_map)
-
-    began = time.perf_counter()
-    record, judge, model = drive(
-        world,
-        plan,
-        seed=seed,
-        randomised=randomised,
-        policy=policy,
-        progress=progress,
-    )
-    wall = time.perf_counter() - began
-    log(recorder, judge)
-    record.summary = summarise(record, judge, plan, seed=seed, wall_s=wall)
-    record.summary["map"] = world.name
-    files, notes = _write(out, world, record, recorder, model, video=video, progress=progress)
-    return Outcome(record, record.summary, files, notes)
-
-
-def log(recorder: Any, judge: Judge) -> None:
-    """Every sample of a run into a recorder, with the truth beside it."""
-    for sample, truth in zip(judge.samples, judge.truths, strict=True):
-        recorder.step(
-            sample.tick,
-            frame=sample.frame,
-            belief=sample.belief,
-            command=sample.command,
-            target=sample.sent,
-            truth=truth,
+    with staged(out, replace=replace) as folder:
+        plan = plan_mission(world, chosen)
+        began = time.perf_counter()
+        record, judge, model = drive(
+            world, plan, seed=seed, randomised=randomised, policy=policy, progress=progress
         )
-
-
-def _write(
-    out: Path,
-    world: World,
-    record: RunRecord,
-    recorder: Any,
-    model: Any,
-    *,
-    video: bool,
-    progress: Progress | None,
-) -> tuple[dict[str, Path], tuple[str, ...]]:
-    from mobius.files import write_json_atomic
-    from mobius.view.report import write_report
-
-    out.mkdir(parents=True, exist_ok=True)
-    files = {k: out / k for k in ("plan.json", "run.mcap", "report.html", "summary.json")}
-    notes: list[str] = []
-    write_json_atomic(files["plan.json"], plan_as_json(record.plan))
-    recorder.save(files["run.mcap"])
-    still = None
-    if video:
-        try:
-            still = _still(record, model)
-            files["video.mp4"] = _video(out / "video.mp4", record, model, progress)
-        except MobiusError as error:
-            notes.append(f"no video: {error}")
-    beside = [name for name in files if name != "report.html"]
-    write_report(files["report.html"], record, occupancy=world.occupancy, still=still, files=beside)
-    write_json_atomic(files["summary.json"], record.summary)
-    return files, tuple(notes)
-
-
-def _painting(record: RunRecord) -> dict[str, Any]:
-    """Plan and true path for pictures."""
-    return {
-        "plan_xy": record.plan.xy_M,
-        "plan_modes": [m.value for m in record.plan.modes],
-        "path_true": record.true_p[::2, :2],
-    }
-
-
-def _still(record: RunRecord, model: Any) -> Any:
-    from mobius.view.video import render_still
-
-    middle = len(record.frame_qpos) // 2
-    return render_still(model, record.frame_qpos[middle], size=(640, 360), **_painting(record))
-
-
-def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None) -> Path:
-    from mobius.view.video import render_video
-
-    def tell(done: int, total: int) -> None:
-        if progress is not None:
-            progress("video", done / total)
-
-    modes = record.modes[::2][: len(record.frame_t)]
-    captions = [f"{t:5.1f} s  {mode}" for t, mode in zip(record.frame_t, modes, strict=True)]
-    render_video(
-        path,
-        model,
-        record.frame_qpos,
-        qpos_fps=1.0 / (FRAME_EVERY * TICK),
-        captions=captions,
-        progress=tell,
-        **_painting(record),
-    )
-    return path
+        wall = time.perf_counter() - began
+        record.summary = summarise(record, judge, seed=seed, wall_s=wall)
+        record.summary["map"] = world.name
+        names, notes = write_results(
+            folder, world, record, judge, model, video=video, progress=progress
+        )
+    if record.summary["ended"] == "time_limit":
+        notes.append("the robot ran out of time; report.html shows where it was held up")
+    return Outcome(record, record.summary, {n: out / n for n in names}, tuple(notes))

@@ -180,7 +180,7 @@ class RunRecord:
     cmd_twist_H: Array
     """(n, 3) commanded."""
     contact_force: Array
-    """(n, 4) true normal force per limb end [N], order LIMBS."""
+    """(n, 4) size of the true contact force per limb end [N], order LIMBS."""
     contact_belief: Array
     """(n, 4) believed contact probability."""
     modes: list[str]
@@ -199,7 +199,7 @@ class Judge:
     """Watches a simulated run with the truth at hand: falls, collisions, record rows."""
 
     def __init__(self, robot: Any, *, body: str = "crawl") -> None:
-        """Args: ``robot`` offers truth, contact_force, obstacle_force, torque (SimRobot)."""
+        """Args: ``robot`` is a SimRobot, or offers what this asks of one."""
         self.robot, self.body = robot, body_of(body)
         self.samples: list[Sample] = []
         self.truths: list[StateEstimate] = []
@@ -219,12 +219,13 @@ class Judge:
                 self.collisions += 1
             self._touching_until = sample.tick + COLLISION_APART
         up = float(rotate(quat_conj(truth.q_OB), _UP)[2 if self.body.heading == "crawl" else 0])
-        self.fallen = bool(self.fallen or up < 0.5 or truth.p_OB[2] < self.body.fallen_below)
+        low = truth.p_OB[2] < self.body.fallen_below
+        self.fallen = bool(self.fallen or low or up < 0.6 or self.robot.trunk_grounded())
         self.samples.append(sample)
         self.truths.append(truth)
+        self.loop_residual = max(self.loop_residual, self.robot.loop_residual())
         self.measured.append((self.robot.torque(), self.robot.contact_force()))
         if sample.tick % FRAME_EVERY == 0:
-            self.loop_residual = max(self.loop_residual, self.robot.loop_residual())
             self.frames.append(np.array(self.robot.data.qpos))
         return truth
 

@@ -21,6 +21,7 @@ SOURCE = ROOT / "src" / "mobius"
 LAYERS = (
     ("cli", "__main__"),
     ("mission", "evaluate", "bench"),
+    ("results",),
     ("train", "bridge", "view", "reproduce", "doctor", "headless"),
     ("assemble",),
     ("stack",),

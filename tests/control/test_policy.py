@@ -76,5 +76,5 @@ def test_wrong_files_are_refused(tmp_path):
         load_policy(tmp_path / "none.onnx")
     bad = tmp_path / "bad.onnx"
     bad.write_bytes(b"not a model")
-    with pytest.raises(PolicyError, match="not a mobius policy"):
+    with pytest.raises(PolicyError, match="not an ONNX model"):
         load_policy(bad)

@@ -133,7 +133,10 @@ def test_machine_refuses_a_jump_between_bodies():
 def test_emergency_stop_stands_still_for_good():
     machine = ModeMachine(frozenset({Mode.CRAWL}))
     machine.emergency_stop()
-    np.testing.assert_array_equal(machine.step(command(Mode.CRAWL)).twist_H, 0.0)
+    for mode in (Mode.CRAWL, Mode.BIPED):  # even for a mode it could not switch to
+        stopped = machine.step(command(mode))
+        assert stopped.mode is Mode.CRAWL
+        np.testing.assert_array_equal(stopped.twist_H, 0.0)
 
 
 def test_every_mode_may_stay_and_recover():

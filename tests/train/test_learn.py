@@ -51,6 +51,23 @@ def test_resume_continues_counting(run, tmp_path):
     assert rows(out)[1]["iteration"] == 2
 
 
+def test_resume_refuses_another_run(run, tmp_path):
+    with pytest.raises(InvalidInput, match="another seed"):
+        train(TINY, run, seed=8, resume=True)
+    with pytest.raises(InvalidInput, match="another learning_rate"):
+        train(replace(TINY, learning_rate=1e-5), run, seed=7, resume=True)
+
+
+def test_resume_drops_lines_beyond_the_checkpoint(tmp_path):
+    out = tmp_path / "stopped"
+    train(replace(TINY, steps=BATCH), out, seed=7, threads=1)
+    with (out / "progress.jsonl").open("a") as lines:  # an iteration whose save never came
+        lines.write(json.dumps({"steps": 2 * BATCH, "reward": 99.0}) + "\n")
+    train(TINY, out, seed=7, threads=1, resume=True)
+    assert [r["steps"] for r in rows(out)] == [BATCH, 2 * BATCH]
+    assert rows(out)[1]["reward"] != 99.0
+
+
 def test_nothing_is_overwritten_or_resumed_by_mistake(run, tmp_path):
     with pytest.raises(InvalidInput, match="--resume"):
         train(TINY, run)

@@ -9,6 +9,8 @@ from mobius import paper
 
 Array = NDArray[np.float64]
 
+POLICY_DT = 1 / 60
+"""Period of the policy [s] (Sec. V-A)."""
 ACTION_SCALE = paper.TABLE_I.action_scale
 """a_scale [rad] (Table I)."""
 FILTER_LENGTH = 3

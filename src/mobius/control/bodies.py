@@ -66,7 +66,7 @@ BODIES: dict[str, Body] = {
         heading="crawl",
         feet=LIMBS,
         gait=Gait(period=0.56, offsets=(0.0, 0.5, 0.5, 0.0), swing=(0.06, 0.44), height=0.045),
-        fallen_below=0.12,
+        fallen_below=0.20,
         command_low=(-0.4, -0.4, -0.6),
         command_high=(0.4, 0.4, 0.6),
     ),
@@ -82,7 +82,7 @@ BODIES: dict[str, Body] = {
         command_high=(0.25, 0.15, 0.5),
     ),
 }
-"""Bodies with a policy so far."""
+"""Bodies by name."""
 
 
 @cache

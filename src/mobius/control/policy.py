@@ -12,7 +12,7 @@ import numpy as np
 import onnxruntime as ort
 from numpy.typing import NDArray
 
-from mobius.control.action import ActionFilter
+from mobius.control.action import POLICY_DT, ActionFilter
 from mobius.control.bodies import Body, body_of
 from mobius.control.clock import GaitClock
 from mobius.control.observation import History, Layout, build_frame
@@ -22,9 +22,6 @@ from mobius.model.build import joint_ranges
 from mobius.types import NUM_JOINTS, JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
-
-POLICY_DT = 1 / 60
-"""Period of the policy [s] (Sec. V-A)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,27 +52,25 @@ def load_policy(path: Path) -> PolicyFile:
     options.log_severity_level = 3
     try:
         session = ort.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # onnxruntime's errors share no base but Exception
+        raise PolicyError(f"{path}: not an ONNX model ({type(error).__name__})") from None
+    try:
         meta = json.loads(session.get_modelmeta().custom_metadata_map["mobius"])
         body = body_of(meta["body"])
         layout = Layout(meta["frame"], len(body.joints), int(meta["history"]), bool(meta["clock"]))
         default = np.array(meta["default"], dtype=float)
-    except PolicyError:
-        raise
-    except Exception as error:
-        raise PolicyError(
-            f"{path}: not a mobius policy ({type(error).__name__}: {error})"
-        ) from None
-    if tuple(meta["joints"]) != body.joints:
-        raise PolicyError(f"{path}: its joints {meta['joints']} are not {list(body.joints)}")
+        joints, scale, length = tuple(meta["joints"]), meta["scale"], meta["filter_length"]
+    except (LookupError, ValueError, TypeError) as error:
+        raise PolicyError(f"{path}: its metadata is not mobius' ({error!r})") from None
+    if joints != body.joints:
+        raise PolicyError(f"{path}: its joints {list(joints)} are not {list(body.joints)}")
     width = session.get_inputs()[0].shape[-1]
     if width != layout.size or default.shape != (NUM_JOINTS,):
         raise PolicyError(
             f"{path}: expected {layout.size} observations and {NUM_JOINTS} default angles,"
             f" got {width} and {default.shape}"
         )
-    return PolicyFile(
-        session, body, layout, default, float(meta["scale"]), int(meta["filter_length"]), meta
-    )
+    return PolicyFile(session, body, layout, default, float(scale), int(length), meta)
 
 
 class PolicyController:

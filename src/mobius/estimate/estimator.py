@@ -64,6 +64,8 @@ class Estimator:
         self._filter = InvariantFilter(pose.p, pose.q, c.noise)
         self._contact = ContactDetector(c.contact)
         self._stamp, self._frames = float(stamp), 0
+        self._gyro = np.zeros(3)
+        self.slip, self.height = [np.nan] * len(LIMBS), [0.0] * len(LIMBS)
         self._since, self._resting = 0.0, 0.0
         self._standing, self._spread2 = [0.0] * len(LIMBS), 0.0
         self._pose: tuple[float, Pose] | None = None

@@ -19,6 +19,8 @@ from mobius.model.parts import Part, between
 
 OUT = (0.0, -1.0, 0.0)
 """Axis of cranks, wrist pitch and ankle: positive turns "down" (-z) towards "out" (+x)."""
+BEAM = 0.112
+"""Half length of the cross beams [m] [A]: they end where the elbow passes at q21 = 3.1 rad."""
 HALF_TURN = float(np.sqrt(0.5))
 
 
@@ -47,8 +49,8 @@ def trunk_parts() -> list[Part]:
     parts = [
         Part("box", (0.150, 0.072, 0.004), (0, 0, -0.034), mass=0.5 * plate, material="carbon"),
         Part("box", (0.150, 0.072, 0.004), (0, 0, 0.034), mass=0.5 * plate, material="carbon"),
-        Part("box", (0.022, 0.128, 0.016), (dim.HIP_X, 0, 0), mass=beam),
-        Part("box", (0.022, 0.128, 0.016), (-dim.HIP_X, 0, 0), mass=beam),
+        Part("box", (0.022, BEAM, 0.016), (dim.HIP_X, 0, 0), mass=beam),
+        Part("box", (0.022, BEAM, 0.016), (-dim.HIP_X, 0, 0), mass=beam),
         Part("box", (0.056, 0.062, 0.028), (0.075, 0, 0), mass=m["battery"], material="battery"),
         Part("box", (0.058, 0.062, 0.028), (-0.072, 0, 0), mass=m["computer"], material="computer"),
         Part("box", (0.012, 0.055, 0.020), (0, 0, 0), mass=m["electronics"], material="servo"),
@@ -105,8 +107,8 @@ def trunk_collision() -> list[Part]:
     points = rail_points()
     parts = [
         Part("box", (0.152, 0.074, 0.040), (0, 0, 0)),
-        Part("box", (0.022, 0.128, 0.016), (dim.HIP_X, 0, 0)),
-        Part("box", (0.022, 0.128, 0.016), (-dim.HIP_X, 0, 0)),
+        Part("box", (0.022, BEAM, 0.016), (dim.HIP_X, 0, 0)),
+        Part("box", (0.022, BEAM, 0.016), (-dim.HIP_X, 0, 0)),
     ]
     for y in (-dim.RAIL_Y, dim.RAIL_Y):
         for (xa, za), (xb, zb) in itertools.pairwise(points):

@@ -46,6 +46,8 @@ class ModeMachine:
         Raises:
             InvalidInput: the wanted mode has no controller, or may not follow this one.
         """
+        if self.stopped:
+            return ModeCommand(mode=self.mode, twist_H=np.zeros(3), stamp=wanted.stamp)
         if wanted.mode not in self.available:
             names = ", ".join(sorted(self.available))
             raise InvalidInput(f"mode '{wanted.mode}' has no controller yet; available: {names}")
@@ -53,6 +55,4 @@ class ModeMachine:
             names = ", ".join(sorted(SUCCESSORS[self.mode]))
             raise InvalidInput(f"mode '{wanted.mode}' may not follow '{self.mode}'; legal: {names}")
         self.mode = wanted.mode
-        if self.stopped:
-            return ModeCommand(mode=self.mode, twist_H=np.zeros(3), stamp=wanted.stamp)
         return wanted

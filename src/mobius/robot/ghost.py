@@ -1,7 +1,8 @@
-"""A kinematic stand-in without physics: servos reach their targets, the trunk follows a twist.
+"""A kinematic stand-in without physics: joints follow their targets, the trunk follows a twist.
 
-For trying planner, follower, recorder and user interfaces fast. It says what a perfect
-robot would: feet that never slip, an IMU that feels gravity alone.
+For trying planner, follower, recorder and user interfaces fast. The joints lag by 50 ms; the
+trunk goes where it is driven whatever the legs do; torques and wrenches are zero, and the IMU
+feels gravity and the yaw rate alone.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ SERVO_LAG = 0.05
 
 
 class GhostRobot:
-    """Instant, massless robot; :meth:`drive` moves its trunk."""
+    """Robot without mass or forces; :meth:`drive` moves its trunk."""
 
     def __init__(
         self, q: ArrayLike, *, height: float = 0.275, xy: ArrayLike = (0.0, 0.0), yaw: float = 0.0

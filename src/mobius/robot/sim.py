@@ -58,6 +58,9 @@ class SimRobot:
         name = mujoco.mj_id2name
         names = [name(model, mujoco.mjtObj.mjOBJ_GEOM, i) or "" for i in range(model.ngeom)]
         self._obstacle = np.array([n.startswith(("wall_", "shelf_")) for n in names])
+        self._has_obstacles, self._hit = bool(self._obstacle.any()), 0.0
+        self._ground = np.array([n == "floor" or n.startswith("rough_") for n in names])
+        self._trunk = model.body("base_link").id
         contact = [int(model.sensor(f"{limb}_contact").adr[0]) for limb in LIMBS]
         self._contact_at = np.array([[a + 1, a + 2, a + 3] for a in contact])
         gyro, accel = (int(model.sensor(k).adr[0]) for k in ("imu_gyro", "imu_accel"))
@@ -147,6 +150,8 @@ class SimRobot:
         mujoco.mj_step(self.model, self.data)
         self._imu_sum += self.data.sensordata[self._imu_at]
         self._imu_ticks += 1
+        if self._has_obstacles and self.data.ncon:
+            self._feel_obstacles()
         self.tick += 1
         if self.tick % 3 == 0:
             self._vio = self._pose()
@@ -181,17 +186,24 @@ class SimRobot:
         return np.sqrt(np.einsum("ij,ij->i", force, force))
 
     def obstacle_force(self) -> float:
-        """Largest normal force [N] of the robot against a wall or shelf at this tick."""
-        d = self.data
-        if d.ncon == 0:
-            return 0.0
-        geom = d.contact.geom
-        hits = np.flatnonzero(self._obstacle[geom].any(axis=1))
-        force, largest = np.zeros(6), 0.0
-        for i in hits:
-            mujoco.mj_contactForce(self.model, d, int(i), force)
-            largest = max(largest, float(force[0]))
+        """Largest normal force [N] against a wall or shelf since this was last asked."""
+        largest, self._hit = self._hit, 0.0
         return largest
+
+    def _feel_obstacles(self) -> None:
+        d = self.data
+        hits = np.flatnonzero(self._obstacle[d.contact.geom].any(axis=1))
+        if hits.size:
+            force = np.zeros(6)
+            for i in hits:
+                mujoco.mj_contactForce(self.model, d, int(i), force)
+                self._hit = max(self._hit, float(force[0]))
+
+    def trunk_grounded(self) -> bool:
+        """Whether the trunk, its rails or cameras touch the ground at this tick."""
+        geom = self.data.contact.geom
+        trunk = (self.model.geom_bodyid[geom] == self._trunk).any(axis=1)
+        return bool((trunk & self._ground[geom].any(axis=1)).any())
 
     def loop_residual(self) -> float:
         """Largest gap [m] of the four five-bar loops."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Learn a locomotion policy: environment, rewards, randomisation, PPO, export."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.control.action import ActionFilter
+from mobius.control.action import POLICY_DT, ActionFilter
 from mobius.control.bodies import body_of
-from mobius.control.clock import GaitClock
+from mobius.control.clock import GaitClock, is_moving
 from mobius.control.observation import History, Layout, build_frame, heading_twist
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot
@@ -21,7 +21,6 @@ from mobius.train.presets import EnvConfig
 from mobius.train.randomise import Randomiser, settle_pool
 
 Array = NDArray[np.float64]
-POLICY_DT = 1 / 60
 
 
 @dataclass
@@ -88,6 +87,11 @@ class LocomotionEnv:
         self.down = np.zeros((n, f))
         self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
         self.frames = np.zeros((n, 1 + self.cfg.randomisation.delay_steps, self.layout.frame_size))
+
+    def reseed(self, seed: int) -> None:
+        """Draw from a new stream, from new episodes on."""
+        self.rng = self.randomiser.rng = np.random.default_rng(seed)
+        self.reset_all()
 
     # -- episodes ------------------------------------------------------------------------
 
@@ -227,6 +231,7 @@ class LocomotionEnv:
 
     def observe(self) -> tuple[Array, Array]:
         """Noisy, possibly delayed observations (n, size) and the critic's privileged view."""
+        self.clock.moving = is_moving(self.command)  # new commands have come since it ran
         q, v_B, w_B = self._truth()
         joints = self.sim.qpos[:, self._q_at]
         common: dict[str, Any] = dict(

@@ -21,6 +21,7 @@ from rsl_rl.algorithms import PPO
 from torch.utils.tensorboard import SummaryWriter
 
 from mobius.errors import InvalidInput
+from mobius.files import write_json_atomic, write_text_atomic
 from mobius.train.env import LocomotionEnv
 from mobius.train.presets import Preset
 from mobius.train.symmetric import SymmetricActor
@@ -84,17 +85,25 @@ def train(
     learner = build_learner(preset, vec)
     out.mkdir(parents=True, exist_ok=True)
     done_steps, elapsed = 0, 0.0
+    wanted = {"seed": seed, **asdict(preset)}
     if resume:
+        _same_run(out / "config.json", wanted)
         done_steps, elapsed = _load(checkpoint, learner)
+        seed_everything(seed + done_steps)  # not the stream of the first part again
+        vec.env.reseed(seed + done_steps)
     else:
         vec.episode_length_buf = torch.from_numpy(
             vec.env.rng.integers(0, vec.env.max_steps, vec.num_envs)
         )
-        (out / "config.json").write_text(json.dumps({"seed": seed, **asdict(preset)}, indent=2))
+        write_json_atomic(out / "config.json", wanted)
     writer = SummaryWriter(str(out), purge_step=done_steps or None)
     batch = preset.horizon * preset.num_envs
     learner.train_mode()
-    with (out / "progress.jsonl").open("a") as lines:
+    lines_path = out / "progress.jsonl"
+    kept = [] if not resume else lines_path.read_text().splitlines(keepends=True)
+    kept = [line for line in kept if json.loads(line)["steps"] <= done_steps]
+    write_text_atomic(lines_path, "".join(kept))
+    with lines_path.open("a") as lines:
         iteration = done_steps // batch
         while done_steps < preset.steps:
             start = time.perf_counter()
@@ -119,6 +128,18 @@ def train(
                 _save(checkpoint, learner, done_steps, elapsed)
     writer.close()
     return checkpoint
+
+
+def _same_run(config: Path, wanted: dict[str, Any]) -> None:
+    """Refuse to resume a run that was begun otherwise; only the budget may change."""
+    begun = json.loads(config.read_text())
+    wanted = json.loads(json.dumps(wanted))
+    other = sorted(k for k in wanted if k != "steps" and begun.get(k) != wanted[k])
+    if other:
+        raise InvalidInput(
+            f"{config.parent} was begun with another {', '.join(other)}; resume with the same"
+            " body, preset and seed, or choose another --out"
+        )
 
 
 def _iterate(vec: RslVecEnv, learner: PPO, horizon: int) -> dict[str, float]:

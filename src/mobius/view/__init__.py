@@ -1,1 +1,1 @@
-"""TODO."""
+"""What a run looked like: report and video."""
