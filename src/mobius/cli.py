@@ -165,9 +165,9 @@ class Train:
     """Learn a locomotion policy with PPO and export it as ONNX (needs mobius[train])."""
 
     body: Positional[str]
-    """Which body learns: crawl."""
+    """Which body learns: crawl or biped."""
     preset: str = "fast"
-    """smoke (a minute, learns nothing) or fast (two cores, about a quarter of an hour)."""
+    """smoke (seconds, learns nothing) or fast (two cores; crawl a quarter of an hour)."""
     out: Path = Path("runs/train")
     """Run folder: checkpoint, progress, policy.onnx."""
     seed: int = 0
@@ -228,7 +228,7 @@ class Eval:
     """Measure a policy in the whole stack over many seeds."""
 
     body: Positional[str]
-    """Which body: crawl."""
+    """Which body: crawl or biped."""
     what: Positional[str] = "tracking"
     """What to measure: tracking (commands held 4 s each, 20 s episodes)."""
     seeds: int = 100

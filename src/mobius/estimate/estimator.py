@@ -21,8 +21,8 @@ from mobius.estimate.config import EstimatorConfig
 from mobius.estimate.contact import ContactDetector
 from mobius.estimate.iekf import InvariantFilter
 from mobius.estimate.limbs import LimbKinematics, LimbState, Vector, cross, dot
-from mobius.estimate.rotations import rotation_of, yaw_of
-from mobius.geometry import mat_to_quat, wrap_angle
+from mobius.estimate.rotations import yaw_of
+from mobius.geometry import mat_to_quat, quat_to_mat, wrap_angle
 from mobius.model import LIMB_JOINTS, limb_geometry
 from mobius.types import LIMBS, Pose, SensorFrame, StateEstimate
 
@@ -196,7 +196,7 @@ class Estimator:
         c, belief = self.config, self.filter
         (stamp, pose), self._pose = self._pose, None
         latency = c.camera_latency + self._stamp - stamp
-        R_VB = rotation_of(pose.q)
+        R_VB = quat_to_mat(pose.q)
         last, self._camera_p = self._camera_p, pose.p
         silence, self._camera_stamp = stamp - self._camera_stamp, stamp
         contradicted = self._refused >= c.camera_patience

@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobius.estimate.config import FilterNoise
-from mobius.estimate.rotations import exp_so3, left_jacobian, rotation_of, small_log
-from mobius.geometry import skew
+from mobius.estimate.rotations import exp_so3, left_jacobian, small_log
+from mobius.geometry import quat_to_mat, skew
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class InvariantFilter:
     def __init__(self, p_OB: ArrayLike, q_OB: ArrayLike, noise: FilterNoise | None = None) -> None:
         """Start at rest at a known pose: p_OB (3,) [m], q_OB (4,) wxyz."""
         n = self.noise = noise or FilterNoise()
-        self.R: Array = rotation_of(np.asarray(q_OB, dtype=float))
+        self.R: Array = quat_to_mat(np.asarray(q_OB, dtype=float))
         self.v, self.p = np.zeros(3), np.array(p_OB, dtype=float)
         self.rest = np.array([0.0] * 6 + [*self.p, 0.0])
         tilt, yaw = n.start_tilt**2, n.start_yaw**2

@@ -49,18 +49,6 @@ def left_jacobian(x: float, y: float, z: float) -> Array:
     )
 
 
-def rotation_of(q: Array) -> Array:
-    """Rotation matrix (3, 3) of one quaternion (4,) wxyz."""
-    w, x, y, z = q.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
 def small_log(R: Array) -> Array:
     """Rotation vector (3,) of a rotation well below a quarter turn: series of the arc sine."""
     (_, b, c), (d, _, f), (g, h, _) = R.tolist()

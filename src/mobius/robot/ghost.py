@@ -7,14 +7,11 @@ feels gravity and the yaw rate alone.
 
 from __future__ import annotations
 
-from types import TracebackType
-from typing import Self
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobius.geometry import rpy_to_quat
-from mobius.robot.interface import TICK
+from mobius.robot.interface import TICK, Simulated
 from mobius.robot.limits import limit_targets
 from mobius.types import LIMBS, NUM_JOINTS, JointCommand, Pose, SensorFrame, StateEstimate
 
@@ -23,7 +20,7 @@ SERVO_LAG = 0.05
 """Time constant of the joints [s]."""
 
 
-class GhostRobot:
+class GhostRobot(Simulated):
     """Robot without mass or forces; :meth:`drive` moves its trunk."""
 
     def __init__(
@@ -37,23 +34,6 @@ class GhostRobot:
         self.yaw, self.tick = float(yaw), 0
         self._twist = np.zeros(3)
         self._vio: Pose | None = self._pose()
-
-    def connect(self) -> None:
-        """Nothing to open."""
-
-    def close(self) -> None:
-        """Nothing to release."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def drive(self, twist_H: ArrayLike) -> None:
         """The trunk moves at vx, vy [m/s], wz [rad/s] from now on."""

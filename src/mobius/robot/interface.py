@@ -40,6 +40,28 @@ class Robot(Protocol):
     ) -> None: ...
 
 
+class Simulated:
+    """What every simulated body does the same: there is nothing to open or release."""
+
+    def connect(self) -> None:
+        """Nothing to open."""
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
 @runtime_checkable
 class Observable(Protocol):
     """A simulated robot also tells the truth, to judges and reports only."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
@@ -13,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mobius.errors import InvalidInput
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot as model_robot
-from mobius.robot.interface import TICK
+from mobius.robot.interface import TICK, Simulated
 from mobius.robot.limits import limit_targets
 from mobius.robot.variation import Variation
 from mobius.types import LIMBS, JointCommand, Pose, SensorFrame, StateEstimate
@@ -27,7 +25,7 @@ def at_or_slice(index: NDArray[np.int64]) -> NDArray[np.int64] | slice:
     return slice(first, first + len(index)) if (np.diff(index) == 1).all() else index
 
 
-class SimRobot:
+class SimRobot(Simulated):
     """One simulated robot in a scene.
 
     The model must hold the robot (with wrench and IMU sensors) and a floor; geoms named
@@ -92,24 +90,6 @@ class SimRobot:
         self._vio: Pose | None = self._pose()
 
     # -- protocol ------------------------------------------------------------------------
-
-    def connect(self) -> None:
-        """Nothing to open."""
-
-    def close(self) -> None:
-        """Nothing to release."""
-
-    def __enter__(self) -> Self:
-        self.connect()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def read(self) -> SensorFrame:
         """Perfect readings of this tick; :mod:`mobius.sense` makes them real.
