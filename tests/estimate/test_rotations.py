@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mobius import geometry
-from mobius.estimate.rotations import exp_so3, left_jacobian, rotation_of, small_log, yaw_of
+from mobius.estimate.rotations import exp_so3, left_jacobian, small_log, yaw_of
 
 SIZES = (0.0, 1e-9, 1e-3, 0.0099, 0.0101, 0.3, 2.5)
 
@@ -28,12 +28,6 @@ def test_left_jacobian_is_the_mean_of_the_turns_on_the_way(size):
         turns = [geometry.exp_so3(0.5 * (1 + x) * v) for x in nodes]
         mean = sum(0.5 * w * R for w, R in zip(weights, turns, strict=True))
         assert left_jacobian(*v.tolist()) == pytest.approx(mean, abs=1e-11)
-
-
-def test_rotation_of_a_quaternion_is_geometry_s():
-    q = np.random.default_rng(1).normal(size=4)
-    q /= np.linalg.norm(q)
-    assert rotation_of(q) == pytest.approx(geometry.quat_to_mat(q), abs=1e-15)
 
 
 @pytest.mark.parametrize("size", [0.0, 0.01, 0.1, 0.5])
