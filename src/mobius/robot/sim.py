@@ -130,11 +130,11 @@ class SimRobot(Simulated):
         mujoco.mj_step(self.model, self.data)
         self._imu_sum += self.data.sensordata[self._imu_at]
         self._imu_ticks += 1
-        if self._has_obstacles and self.data.ncon:
-            self._feel_obstacles()
         self.tick += 1
         if self.tick % 3 == 0:
             self._vio = self._pose()
+            if self._has_obstacles and self.data.ncon:
+                self._feel_obstacles()
 
     # -- truth, for judges and reports ----------------------------------------------------
 
@@ -166,7 +166,7 @@ class SimRobot(Simulated):
         return np.sqrt(np.einsum("ij,ij->i", force, force))
 
     def obstacle_force(self) -> float:
-        """Largest normal force [N] against a wall or shelf since this was last asked."""
+        """Largest normal force [N] against a wall or shelf since last asked, felt at 200 Hz."""
         largest, self._hit = self._hit, 0.0
         return largest
 
