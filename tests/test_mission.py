@@ -7,13 +7,14 @@ import subprocess
 import sys
 import time
 
+import mujoco
 import numpy as np
 import pytest
 
 from mobius import mission
 from mobius.errors import InvalidInput
 from mobius.model import JOINTS
-from mobius.model.robot import load_model
+from mobius.model.robot import keyframe, load_model
 from mobius.modes import ModeMachine
 from mobius.results import staged
 from mobius.robot.sim import SimRobot
@@ -218,3 +219,21 @@ def test_without_opengl_the_run_goes_on_without_video(tmp_path):
     lines = [line for line in done.stderr.splitlines() if line.strip()]
     assert len(lines) == 1 and lines[0].startswith("no video: ") and "unset MUJOCO_GL" in lines[0]
     assert (out / "summary.json").exists() and (out / "report.html").exists()
+
+
+def test_the_footprint_holds_the_stance():
+    """In every heading by the disc, heading along the grid by the lane with 2 cm to stray."""
+    model = load_model("full")
+    data = mujoco.MjData(model)
+    data.qpos[:] = keyframe("crawl")[0]
+    mujoco.mj_kinematics(model, data)
+    signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)
+    radius = half = 0.0
+    for i in range(model.ngeom):
+        if model.geom_contype[i] and model.geom(i).name != "floor":
+            corners = signs * model.geom_aabb[i, 3:] + model.geom_aabb[i, :3]
+            xy = (corners @ data.geom_xmat[i].reshape(3, 3).T + data.geom_xpos[i])[:, :2]
+            radius = max(radius, float(np.linalg.norm(xy, axis=1).max()))
+            half = max(half, float(np.abs(xy).max()))
+    assert radius <= mission.FOOTPRINT_RADIUS
+    assert half + 0.02 <= mission.LANE

@@ -283,8 +283,9 @@ class Eval:
             f"  unaveraged     vx {raw['vx']:.4f} vy {raw['vy']:.4f} m/s  wz {raw['wz']:.4f} rad/s"
         )
         print(
-            f"power {result.power_W:.1f} W, saturated {100 * result.saturation:.1f} % of"
-            f" joint-samples, loops open at most {result.loop_residual_mm:.2f} mm"
+            f"power {result.power_W:.1f} W, torque over 95 % of stall in"
+            f" {100 * result.saturation:.1f} % of joint-samples, loops open at most"
+            f" {result.loop_residual_mm:.2f} mm"
         )
         return 0
 

@@ -43,7 +43,7 @@ class Episode:
     """RMS of believed minus true vx, vy [m/s], wz [rad/s]."""
     power_W: float
     saturation: float
-    """Share of joint-samples beyond 95 % of stall torque."""
+    """Share of joint-samples whose output torque (drive minus back-EMF) exceeds 95 % of stall."""
     height_error_m: float
     """Largest deviation of the trunk's height from its median [m]."""
     loop_residual_mm: float

@@ -1,7 +1,7 @@
 """A gait clock: a phase that runs while a robot is asked to move.
 
 Ours, not the paper's (which forbids motion priors); the ``fast`` preset uses it because a
-policy that sees a clock learns to step several times sooner and steps regularly.
+policy that sees a clock steps regularly from early on.
 In the crawl diagonal limbs share a phase (trot), the other pair is half a period behind.
 """
 

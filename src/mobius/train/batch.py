@@ -21,8 +21,8 @@ _VEL = mujoco.mjtStage.mjSTAGE_VEL.value
 def build_training_model(timestep: float, iterations: int) -> mujoco.MjModel:
     """The robot with feet-only contacts on a floor, sensors for the soles, no dry friction.
 
-    Dry friction of the servos (0.03-0.08 N m) costs one constraint row a joint, a fifth of
-    the speed; the evaluation model has it.
+    Dry friction of the servos (0.03-0.08 N m) costs one constraint row a joint in
+    training; the evaluation model has it.
     """
     spec = robot.load_spec("feet")
     spec.worldbody.add_geom(
