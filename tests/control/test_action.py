@@ -1,6 +1,9 @@
 """Eq. (2) and the gait clock."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from mobius.control.action import ActionFilter
 from mobius.control.bodies import body_of
@@ -56,3 +59,21 @@ def test_diagonal_limbs_swing_together_and_never_all():
     np.testing.assert_allclose(swing[:, 1], swing[:, 2])
     assert ((swing > 0).sum(axis=1) <= 2).all()
     assert (swing[:, 0] > 0).any() and (swing[:, 1] > 0).any()
+
+
+def test_a_shoved_robot_s_clock_runs_until_a_whole_period_was_calm():
+    gait = replace(GAIT, unrest=0.15)
+    clock, still = GaitClock(gait, 2), np.zeros((2, 3))
+    clock.advance(still, 0.01, np.array([0.1, 0.2]))
+    assert clock.moving.tolist() == [False, True]
+    assert clock.phase[0] == 0 and clock.phase[1] > 0
+    steps = 0
+    while clock.moving[1]:
+        clock.advance(still, 0.01, 0.0)
+        steps += 1
+    assert steps == pytest.approx(gait.period / 0.01, abs=1)
+    clock.advance(still, 0.01, 0.3)
+    assert clock.moving.all()
+    clock.reset()
+    clock.advance(still, 0.01)
+    assert not clock.moving.any()

@@ -7,10 +7,13 @@ import pytest
 
 from mobius.control.observation import mirror_frame, mirror_joints
 from mobius.errors import UnknownName
+from mobius.paper import TABLE_II
 from mobius.train.env import LocomotionEnv
 from mobius.train.presets import Randomisation, preset_of
+from mobius.train.rewards import WEIGHTS
 
 CFG = preset_of("crawl", "smoke").env
+BIPED = preset_of("biped", "smoke").env
 QUIET = replace(CFG, randomisation=Randomisation().off())
 
 
@@ -33,16 +36,18 @@ def test_observations_are_finite_and_sized():
     assert np.isfinite(observation).all() and np.isfinite(reward).all()
 
 
-def test_mirrored_state_and_action_give_the_mirrored_next_state():
-    env = LocomotionEnv(QUIET, 2, seed=3, nthread=1)
-    env.sim.model.opt.iterations  # noqa: B018  the solver's few iterations bound the agreement
+@pytest.mark.parametrize("cfg", [CFG, BIPED], ids=["crawl", "biped"])
+def test_mirrored_state_and_action_give_the_mirrored_next_state(cfg):
+    quiet = replace(cfg, randomisation=Randomisation().off())
+    env = LocomotionEnv(quiet, 2, seed=3, nthread=1)
+    k = len(env.body.joints)
     index, sign = mirror_joints(env.body)
     perm, signs = mirror_frame(env.layout, env.body)
     state = MirroredState(env)
     state.copy_first_to_second()
     rng = np.random.default_rng(2)
     for _ in range(5):
-        action = rng.normal(0, 0.7, 14)
+        action = rng.normal(0, 0.7, k)
         env.step(np.stack([action, sign * action[index]]))
         assert np.abs(state.mirror_qpos(env.sim.qpos[0]) - env.sim.qpos[1]).max() < 1e-3
     assert np.abs(signs * env.observation[0][perm] - env.observation[1]).max() < 0.02
@@ -71,7 +76,7 @@ class MirroredState:
     def copy_first_to_second(self) -> None:
         env, m = self.env, self.env.sim.model
         q = env.sim.qpos[0].copy()
-        q[3:7] = [1, 0, 0, 0]
+        q[3:7] = env.home[3:7]
         ctrl = np.tile(env.ctrl0, (2, 1))
         for i in range(m.nu):
             other, sign = self.twin(m.actuator(i).name)
@@ -83,6 +88,7 @@ class MirroredState:
         env.clock.phase[:] = [0.2, 0.7]
         env.history.reset()
         env.late[:] = False
+        env.yaw0[:] = 0.0
         env.reset_observation()
 
 
@@ -101,40 +107,6 @@ def test_episodes_end_by_a_fall_not_as_truncation():
     assert result.done.tolist() == [True, False]
     assert result.time_out.tolist() == [False, False]
     assert result.reward[0] < result.reward[1]
-
-
-def test_randomisation_reaches_the_physics():
-    env = LocomotionEnv(CFG, 64, seed=0, nthread=1)
-    r = env.randomiser
-    trunk = env.sim.model.body("base_link").id
-    for drawn in (
-        env.sim.mass[:, trunk],
-        env.sim.friction[:, r._soles[0], 0],
-        env.sim.gain[:, 3, 0],
-    ):
-        assert np.std(drawn) > 0
-    np.testing.assert_allclose(env.sim.bias[:, :, 1], -env.sim.gain[:, :, 0])  # tied (row 23)
-    low, high = env.cfg.randomisation.friction
-    assert env.sim.friction[:, r._soles[0], 0].min() >= 0.8 + low
-    assert env.sim.friction[:, r._soles[0], 0].max() <= 0.8 + high
-
-
-def test_kicks_come_at_intervals_and_have_a_size():
-    cfg = replace(CFG, randomisation=replace(Randomisation().off(), kick_velocity=0.3))
-    env = LocomotionEnv(cfg, 200, seed=0, nthread=1)
-    changed = 0
-    for _ in range(60):
-        before = env.sim.qvel[:, :2].copy()
-        env.randomiser.kick(1 / 60)
-        step = np.linalg.norm(env.sim.qvel[:, :2] - before, axis=1)
-        assert step.max() <= 0.3 + 1e-9
-        changed += int((step > 0).sum())
-    assert changed == 0  # the shortest interval is 1 s
-    for _ in range(200):
-        before = env.sim.qvel[:, :2].copy()
-        env.randomiser.kick(1 / 60)
-        changed += int((np.abs(env.sim.qvel[:, :2] - before).max(axis=1) > 0).sum())
-    assert 200 < changed < 800  # each of 200 robots once every 1 to 4 s in 3.3 s
 
 
 def test_delayed_frames_are_older_frames():
@@ -162,3 +134,85 @@ def test_unknown_presets_are_named():
         preset_of("crawl", "fst")
     with pytest.raises(UnknownName, match="body"):
         preset_of("crwl", "fast")
+
+
+def test_a_saved_environment_goes_on_bit_for_bit():
+    for cfg in (preset_of("crawl", "fast-rough").env, BIPED):
+        env = LocomotionEnv(replace(cfg, episode_s=1.0), 4, seed=5, nthread=1)
+        actions = np.random.default_rng(1).normal(0, 0.6, (50, 4, len(env.body.joints)))
+        for action in actions[:20]:
+            env.step(action)
+        other = LocomotionEnv(replace(cfg, episode_s=1.0), 4, seed=99, nthread=1)
+        other.load_state(env.state())
+        for action in actions[20:]:  # over the end of the episode
+            a, b = env.step(action), other.step(action)
+            np.testing.assert_array_equal(a.observation, b.observation)
+            np.testing.assert_array_equal(a.privileged, b.privileged)
+            np.testing.assert_array_equal(a.reward, b.reward)
+
+
+def test_eq_4_ends_the_episode_of_a_motor_that_is_too_fast_and_can_be_off():
+    for limit, falls in ((5.236, True), (0.0, False)):
+        env = LocomotionEnv(replace(QUIET, max_joint_speed=limit), 2, nthread=1)
+        for _ in range(6):
+            assert not env.step(np.zeros((2, 14))).done.any()
+        env.sim.qvel[0, env.sim.at.dof[0]] = 40.0
+        assert env.step(np.zeros((2, 14))).done.tolist() == [falls, False]
+
+
+def test_eq_5_ends_the_episode_of_a_target_at_a_joint_limit_and_can_be_off():
+    for margin, falls in ((0.02, True), (0.0, False)):
+        env = LocomotionEnv(replace(QUIET, limit_margin=margin), 2, nthread=1)
+        env.filter.low = env.filter.low.copy()
+        env.filter.low[0] = env.default[0] - 0.05
+        action = np.zeros((2, 14))
+        action[0, 0] = -0.5  # 0.3 * 0.5 / 3 = 0.05 rad towards the limit
+        assert env.step(action).done.tolist() == [falls, False]
+
+
+def test_rewards_below_zero_count_as_zero_where_the_paper_preset_says_so():
+    fast = LocomotionEnv(replace(QUIET, weights={"alive": -5.0}), 2, nthread=1)
+    clipped = LocomotionEnv(replace(QUIET, weights={"alive": -5.0}, clip_reward=True), 2, nthread=1)
+    assert (fast.step(np.zeros((2, 14))).reward < 0).all()
+    assert (clipped.step(np.zeros((2, 14))).reward == 0).all()
+
+
+@pytest.mark.parametrize(("body", "size", "actions"), [("biped", 416, 8), ("crawl", 608, 14)])
+def test_the_paper_presets_see_and_do_as_many_numbers_as_printed(body, size, actions):
+    env = LocomotionEnv(preset_of(body, "paper").env, 2, nthread=1)
+    assert env.observation.shape == (2, size)
+    assert env.layout.actions == actions
+    assert np.isfinite(env.step(np.zeros((2, actions))).observation).all()
+
+
+def test_the_paper_presets_have_table_ii_and_nothing_else():
+    for body in ("biped", "crawl"):
+        cfg = preset_of(body, "paper").env
+        on = {k for k, v in {**WEIGHTS, **cfg.weights}.items() if v}
+        assert on == set(TABLE_II.terms)
+
+
+def test_welding_what_a_policy_does_not_move_hardly_changes_how_the_robot_stands():
+    for body in ("biped", "crawl"):
+        cfg = replace(preset_of(body, "smoke").env, randomisation=Randomisation().off())
+        heights = []
+        for weld in (True, False):
+            env = LocomotionEnv(replace(cfg, weld=weld), 1, seed=0, nthread=1)
+            for _ in range(60):
+                env.step(np.zeros((1, len(env.body.joints))))
+            heights.append(env.height[0])
+        assert abs(heights[0] - heights[1]) < 0.01
+
+
+def test_robots_start_on_tiles_of_their_level_with_the_feet_on_the_ground():
+    cfg = replace(preset_of("crawl", "fast-rough").env, randomisation=Randomisation().off())
+    env = LocomotionEnv(cfg, 60, seed=0, nthread=1)
+    env.curriculum.level[:] = np.arange(60) % 6
+    env._reset(np.arange(60))
+    tile = cfg.terrain.tile
+    assert (env.sim.qpos[:, 1] // tile == env.curriculum.level).all()
+    for _ in range(20):
+        result = env.step(np.zeros((60, 14)))
+        assert not result.done.any()
+    assert (env.sim.contact.sum(axis=1) >= 3).mean() > 0.8
+    assert np.abs(env.height - env.height0).max() < 0.09

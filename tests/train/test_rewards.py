@@ -75,6 +75,8 @@ def second(name: str, **change) -> float:
         ("termination", dict(fallen=1.0), 1.0),
         ("termination", dict(fallen=1.0, early=0.0), 0.0),
         ("fall", dict(fallen=1.0, early=0.0), 1.0),
+        ("tracking_far", dict(command=[0.4, 0, 0]), np.exp(-1.0)),
+        ("joint_speed", dict(speed=0.85 * 50 * np.pi / 30 + 0.1), 20 * 0.01),
         ("alive", {}, 1.0),
         ("orientation", dict(gravity_xy=[0.3, 0.4]), 0.25),
         ("height", dict(height_error=-0.05), 0.0025),

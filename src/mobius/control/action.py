@@ -34,20 +34,23 @@ class ActionFilter:
     ) -> None:
         """Args: default, low, high (k,) [rad]; n robots; scale [rad]; length [actions]."""
         self.default, self.low, self.high, self.scale = default, low, high, scale
-        self._past = np.zeros((n, length, len(default)))
+        self.past = np.zeros((n, length, len(default)))
+        """(n, length, k) the last raw actions, newest first."""
+        self.free = np.tile(default, (n, 1))
+        """(n, k) the newest targets before they are clipped to the joint limits [rad]."""
 
     def reset(self, which: NDArray[np.bool_] | slice = slice(None)) -> None:
         """Forget the actions of these robots."""
-        self._past[which] = 0.0
+        self.past[which] = 0.0
 
     @property
     def last(self) -> Array:
         """(n, k) newest raw action, clipped."""
-        return self._past[:, 0]
+        return self.past[:, 0]
 
     def push(self, action: Array) -> Array:
         """Servo targets (n, k) [rad] inside the joint limits for raw actions (n, k)."""
-        self._past[:, 1:] = self._past[:, :-1].copy()
-        self._past[:, 0] = np.clip(action, -ACTION_CLIP, ACTION_CLIP)
-        target = self.default + self.scale * self._past.mean(axis=1)
-        return np.clip(target, self.low, self.high)
+        self.past[:, 1:] = self.past[:, :-1].copy()
+        self.past[:, 0] = np.clip(action, -ACTION_CLIP, ACTION_CLIP)
+        self.free = self.default + self.scale * self.past.mean(axis=1)
+        return np.clip(self.free, self.low, self.high)

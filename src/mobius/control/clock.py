@@ -27,6 +27,9 @@ class Gait:
     """Part of a foot's own phase in which it should be in the air."""
     height: float
     """Of the sole in the middle of a swing [m]."""
+    unrest: float = 0.0
+    """Believed horizontal speed [m/s] from which the clock runs though the command is zero:
+    a robot that was pushed steps until a whole period was calm; 0 switches it off."""
 
 
 MOVE_GATE = 0.05
@@ -46,17 +49,32 @@ class GaitClock:
         self._offsets = np.array(gait.offsets)
         self.phase = np.zeros(n)
         self.moving = np.zeros(n, dtype=bool)
+        self.calm = np.full(n, np.inf)
+        """(n,) time since the robot was last seen faster than ``gait.unrest`` [s]."""
 
     def reset(
         self, which: NDArray[np.bool_] | slice = slice(None), phase: Array | float = 0.0
     ) -> None:
-        """Set the phase of these robots."""
+        """Set the phase of these robots and call them calm."""
         self.phase[which] = phase
+        self.calm[which] = np.inf
 
-    def advance(self, command: Array, dt: float) -> None:
-        """Run on by ``dt`` [s] where the command (n, 3) asks for motion."""
-        self.moving = is_moving(command)
+    def advance(self, command: Array, dt: float, speed: Array | float = 0.0) -> None:
+        """Run on by ``dt`` [s] where the command (n, 3) asks for motion or the robot is shoved.
+
+        Args:
+            command: (n, 3) vx, vy [m/s], wz [rad/s].
+            dt: [s].
+            speed: (n,) believed horizontal speed of the trunk [m/s].
+        """
+        shoved = (self.gait.unrest > 0) & (np.asarray(speed) > self.gait.unrest)
+        self.calm = np.where(shoved, 0.0, self.calm + dt)
+        self.refresh(command)
         self.phase = np.where(self.moving, (self.phase + dt / self.gait.period) % 1.0, self.phase)
+
+    def refresh(self, command: Array) -> None:
+        """See new commands (n, 3) without running on."""
+        self.moving = is_moving(command) | (self.calm < self.gait.period)
 
     def observe(self) -> Array:
         """(n, 2) sine and cosine of the phase; zeros while standing still."""

@@ -130,6 +130,14 @@ class History:
         """The next frame of these robots fills their whole history."""
         self._fresh[which] = True
 
+    def state(self) -> dict[str, Array]:
+        """Frames and which robots are fresh."""
+        return {"frames": self._frames.copy(), "fresh": self._fresh.astype(float)}
+
+    def load_state(self, state: dict[str, Array]) -> None:
+        """Go on from :meth:`state`."""
+        self._frames[:], self._fresh[:] = state["frames"], state["fresh"] > 0
+
     def push(self, frame: Array) -> Array:
         """Add frames (n, frame_size); returns observations (n, size)."""
         frames = self._frames

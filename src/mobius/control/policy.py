@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from mobius.control.action import POLICY_DT, ActionFilter
 from mobius.control.bodies import Body, body_of
-from mobius.control.clock import GaitClock
+from mobius.control.clock import Gait, GaitClock
 from mobius.control.observation import History, Layout, build_frame
 from mobius.errors import PolicyError
-from mobius.geometry import heading_yaw
+from mobius.geometry import heading_yaw, rotate
 from mobius.model.build import joint_ranges
 from mobius.types import NUM_JOINTS, JointCommand, ModeCommand, SensorFrame, StateEstimate
 
@@ -30,6 +30,7 @@ class PolicyFile:
 
     session: ort.InferenceSession
     body: Body
+    gait: Gait
     layout: Layout
     default: Array
     """(22,) Theta_default: servo targets of the stance [rad]."""
@@ -59,6 +60,7 @@ def load_policy(path: Path) -> PolicyFile:
         body = body_of(meta["body"])
         layout = Layout(meta["frame"], len(body.joints), int(meta["history"]), bool(meta["clock"]))
         default = np.array(meta["default"], dtype=float)
+        gait = Gait(**meta["gait"]) if "gait" in meta else body.gait
         joints, scale, length = tuple(meta["joints"]), meta["scale"], meta["filter_length"]
     except (LookupError, ValueError, TypeError) as error:
         raise PolicyError(f"{path}: its metadata is not mobius' ({error!r})") from None
@@ -70,7 +72,7 @@ def load_policy(path: Path) -> PolicyFile:
             f"{path}: expected {layout.size} observations and {NUM_JOINTS} default angles,"
             f" got {width} and {default.shape}"
         )
-    return PolicyFile(session, body, layout, default, float(scale), int(length), meta)
+    return PolicyFile(session, body, gait, layout, default, float(scale), int(length), meta)
 
 
 class PolicyController:
@@ -87,7 +89,7 @@ class PolicyController:
             self._default, low, high, scale=policy.scale, length=policy.filter_length
         )
         self._history = History(policy.layout, 1)
-        self._clock = GaitClock(body.gait)
+        self._clock = GaitClock(policy.gait)
         self._yaw0 = np.zeros(1)
         self.observation = np.zeros(policy.layout.size)
         """The newest observation, for logs and tests."""
@@ -105,7 +107,8 @@ class PolicyController:
         if not self._started:
             self._yaw0[0] = heading_yaw(self.policy.body.heading, belief.q_OB)
             self._started = True
-        self._clock.advance(command.twist_H[None], POLICY_DT)
+        speed = float(np.hypot(*rotate(belief.q_OB, belief.v_B)[:2]))
+        self._clock.advance(command.twist_H[None], POLICY_DT, speed)
         observation = self._history.push(
             build_frame(
                 self.policy.layout,

@@ -99,12 +99,17 @@ def _reduce_to_feet(spec: mujoco.MjSpec) -> None:
 class Addresses:
     """Where the robot's joints stand in a compiled model's vectors."""
 
+    present: NDArray[np.int64]
+    """(k,) which of JOINTS the model has: all 22, 20 where the fingers are welded, or fewer
+    where :func:`mobius.model.freeze.freeze` welded more. The order is that of JOINTS."""
+    limbs: NDArray[np.int64]
+    """(l,) which of LIMBS have a five-bar that moves."""
     qpos: NDArray[np.int64]
-    """(22,) or (20,) where the fingers are welded."""
+    """(k,)."""
     dof: NDArray[np.int64]
     actuator: NDArray[np.int64]
     coupler: NDArray[np.int64]
-    """(4,) qpos of the passive coupler joints, order LIMBS."""
+    """(l,) qpos of the passive coupler joints."""
     distal: NDArray[np.int64]
     finger_b: NDArray[np.int64]
     """(2,) or (0,) qpos of the mimic fingers."""
@@ -114,18 +119,25 @@ class Addresses:
 
 def addresses(model: mujoco.MjModel) -> Addresses:
     """Addresses of JOINTS and of the passive joints in a compiled model."""
-    names = [j for j in JOINTS if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, j) >= 0]
+
+    def has(joint: str) -> bool:
+        return bool(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint) >= 0)
+
+    names = [j for j in JOINTS if has(j)]
+    limbs = [limb for limb in LIMBS if has(f"{limb}_coupler")]
 
     def qpos(which: list[str]) -> NDArray[np.int64]:
         return np.array([model.joint(n).qposadr[0] for n in which], dtype=np.int64)
 
     fingers = [f"{s}_finger_b" for s in ("left", "right")] if len(names) == NUM_JOINTS else []
     return Addresses(
+        present=np.array([JOINTS.index(j) for j in names], dtype=np.int64),
+        limbs=np.array([LIMBS.index(limb) for limb in limbs], dtype=np.int64),
         qpos=qpos(names),
         dof=np.array([model.joint(n).dofadr[0] for n in names], dtype=np.int64),
         actuator=np.array([model.actuator(n).id for n in names], dtype=np.int64),
-        coupler=qpos([f"{limb}_coupler" for limb in LIMBS]),
-        distal=qpos([f"{limb}_distal" for limb in LIMBS]),
+        coupler=qpos([f"{limb}_coupler" for limb in limbs]),
+        distal=qpos([f"{limb}_distal" for limb in limbs]),
         finger_b=qpos(fingers),
         base_qpos=int(model.joint("base").qposadr[0]),
         base_dof=int(model.joint("base").dofadr[0]),
@@ -167,8 +179,8 @@ def configuration(
     qpos = np.array(model.qpos0, dtype=float)
     qpos[at.base_qpos : at.base_qpos + 3] = p
     qpos[at.base_qpos + 3 : at.base_qpos + 7] = quat
-    qpos[at.qpos] = q[: len(at.qpos)]
-    qpos[at.coupler], qpos[at.distal] = coupler, distal
+    qpos[at.qpos] = q[at.present]
+    qpos[at.coupler], qpos[at.distal] = coupler[at.limbs], distal[at.limbs]
     if len(at.finger_b):
         qpos[at.finger_b] = q[20:22]
     return qpos

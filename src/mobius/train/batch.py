@@ -5,6 +5,8 @@ The CPU back end is ``mujoco.batch``. A GPU back end would offer the same few na
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 from mujoco import batch as mjbatch
@@ -12,27 +14,54 @@ from numpy.typing import NDArray
 
 from mobius.control.bodies import Body
 from mobius.model import robot
+from mobius.model.freeze import freeze
+from mobius.model.joints import JOINTS
 from mobius.types import LIMBS
+from mobius.world.ground import Ground, add_ground
 
 Array = NDArray[np.float64]
 _VEL = mujoco.mjtStage.mjSTAGE_VEL.value
 
 
-def build_training_model(timestep: float, iterations: int) -> mujoco.MjModel:
+def build_training_model(
+    body: Body,
+    timestep: float,
+    iterations: int,
+    *,
+    ls_iterations: int = 5,
+    weld: bool = False,
+    ground: Ground | None = None,
+) -> mujoco.MjModel:
     """The robot with feet-only contacts on a floor, sensors for the soles, no dry friction.
 
     Dry friction of the servos (0.03-0.08 N m) costs one constraint row a joint in
     training; the evaluation model has it.
+
+    Args:
+        body: Whose feet touch the floor.
+        timestep: [s].
+        iterations: Newton iterations at most.
+        ls_iterations: Line search iterations at most.
+        weld: Weld the joints that the body's policy does not move at its stance: a third
+            (crawl) to a half (biped) of the time. Contacts of limbs that are no feet go too.
+        ground: A height map instead of the plane.
     """
     spec = robot.load_spec("feet")
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0, 0, 0.05],
-        contype=1,
-        conaffinity=0,
-    )
-    for limb in LIMBS:
+    if weld:
+        passive = [j for j in JOINTS[:20] if j not in body.joints]
+        freeze(spec, passive, robot.keyframe_joints(body.keyframe)[0])
+        for limb in set(LIMBS) - set(body.feet):
+            for geom in [g for g in spec.geoms if g.name.startswith(f"{limb}_sole")]:
+                spec.delete(geom)
+            spec.delete(spec.sensor(f"{limb}_contact"))
+    if ground is None:
+        plane = mujoco.mjtGeom.mjGEOM_PLANE
+        spec.worldbody.add_geom(
+            name="floor", type=plane, size=[0, 0, 0.05], contype=1, conaffinity=0
+        )
+    else:
+        add_ground(spec, ground, conaffinity=0)
+    for limb in body.feet:
         for kind, type_ in (
             ("pos", mujoco.mjtSensor.mjSENS_FRAMEPOS),
             ("vel", mujoco.mjtSensor.mjSENS_FRAMELINVEL),
@@ -45,10 +74,22 @@ def build_training_model(timestep: float, iterations: int) -> mujoco.MjModel:
             )
     spec.option.timestep = timestep
     spec.option.iterations = iterations
-    spec.option.ls_iterations = 5
+    spec.option.ls_iterations = ls_iterations
     model = spec.compile()
     model.dof_frictionloss[:] = 0.0
     return model
+
+
+_FIELDS = {
+    "friction": "geom_friction",
+    "solref": "geom_solref",
+    "gain": "actuator_gainprm",
+    "bias": "actuator_biasprm",
+    "force": "actuator_forcerange",
+    "mass": "body_mass",
+    "ipos": "body_ipos",
+    "inertia": "body_inertia",
+}
 
 
 class CpuBatch:
@@ -65,12 +106,12 @@ class CpuBatch:
         self._contact = [sensor(f"{limb}_contact") for limb in feet]
         self._position = [sensor(f"{limb}_tip_pos") for limb in feet]
         self._velocity = [sensor(f"{limb}_tip_vel") for limb in feet]
-        self.friction = self._batch.expand("geom_friction")
-        self.gain = self._batch.expand("actuator_gainprm")
-        self.bias = self._batch.expand("actuator_biasprm")
-        self.mass = self._batch.expand("body_mass")
-        self.ipos = self._batch.expand("body_ipos")
-        self.inertia = self._batch.expand("body_inertia")
+        self.fields = {k: self._batch.expand(v) for k, v in _FIELDS.items()}
+        """Model fields of each robot, (n, ...); live."""
+        names = [model.geom(i).name for i in range(model.ngeom)]
+        soles = [[i for i, k in enumerate(names) if k.startswith(f"{x}_sole")] for x in feet]
+        self.soles = np.array([(own + [-1] * 4)[:4] for own in soles], dtype=np.int64)
+        """(f, 4) sole geoms of each foot, -1 where it has fewer."""
 
     def step(self, substeps: int) -> None:
         """Advance all robots; kinematics and sensors are fresh afterwards."""
@@ -85,6 +126,24 @@ class CpuBatch:
     def constants_changed(self, ids: NDArray[np.int64]) -> None:
         """Recompute what depends on masses of some robots."""
         self._batch.set_const(ids)
+
+    def state(self) -> dict[str, Any]:
+        """What :meth:`load_state` needs to go on bit for bit."""
+        return {
+            "state": self._batch.state.copy(),
+            **{k: np.array(v) for k, v in self.fields.items()},
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from :meth:`state`."""
+        for name, field in self.fields.items():
+            field[:] = state[name]
+        ids = np.arange(self.n)
+        self._batch.set_const(ids)
+        self._batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        self._batch.state[:] = state["state"]
+        self._batch.forward(ids=ids)  # refreshes what is derived, and the warm start with it
+        self._batch.state[:] = state["state"]
 
     @property
     def torque(self) -> Array:

@@ -5,22 +5,46 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mobius.control.action import POLICY_DT, ActionFilter
 from mobius.control.bodies import body_of
-from mobius.control.clock import GaitClock, is_moving
+from mobius.control.clock import GaitClock
 from mobius.control.observation import History, Layout, build_frame, heading_twist
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot
 from mobius.model.servo import servo_of
 from mobius.train import rewards
 from mobius.train.batch import CpuBatch, build_training_model
+from mobius.train.curriculum import Curriculum
 from mobius.train.presets import EnvConfig
 from mobius.train.randomise import Randomiser, settle_pool
+from mobius.train.terrain import COLUMNS, Tiles
 
 Array = NDArray[np.float64]
+
+
+_ROBOTS = (
+    "steps",
+    "command",
+    "command_left",
+    "target",
+    "late",
+    "velocity",
+    "yaw0",
+    "seen_speed",
+    "height",
+    "foot_height",
+    "air",
+    "down",
+    "action_1",
+    "action_2",
+    "frames",
+    "observation",
+    "privileged",
+)
 
 
 @dataclass
@@ -48,17 +72,23 @@ class LocomotionEnv:
         self.body = body_of(cfg.body)
         self.layout = Layout(cfg.frame, len(self.body.joints), cfg.history, cfg.clock)
         self.rng = np.random.default_rng(seed)
-        self.sim = CpuBatch(
-            build_training_model(cfg.timestep, cfg.iterations), self.body, n, nthread
+        self.tiles = None if cfg.terrain is None else Tiles(cfg.terrain)
+        self.curriculum = Curriculum(
+            cfg.curriculum,
+            n,
+            levels=cfg.terrain.levels if cfg.terrain else 0,
+            columns=len(COLUMNS) if cfg.terrain else 0,
         )
+        self.sim = CpuBatch(self._model(), self.body, n, nthread)
         q0, ctrl0 = robot.keyframe_joints(self.body.keyframe)
         base = robot.keyframe(self.body.keyframe)[0][:7]
         self.home = robot.configuration(self.sim.model, q0, p=base[:3], quat=base[3:])
         self.height0 = float(base[2])
-        self.ctrl0 = ctrl0[: self.sim.model.nu]
-        index = self.body.index
-        self._ctrl_at = self.sim.at.actuator[index]
-        self._q_at = self.sim.at.qpos[index]
+        self._feet_H = self._home_feet()
+        at, index = self.sim.at, self.body.index
+        self.ctrl0 = ctrl0[at.present]
+        here = np.searchsorted(at.present, np.sort(index))[np.argsort(np.argsort(index))]
+        self._ctrl_at, self._q_at = at.actuator[here], at.qpos[here]
         self.default = ctrl0[index]
         low, high = robot.joint_limits()
         self.filter = ActionFilter(self.default, low[index], high[index], n)
@@ -71,8 +101,31 @@ class LocomotionEnv:
             [servo_of(self.sim.model.actuator(i).name).stall_torque for i in self.sim.at.actuator]
         )
         self._allocate()
+        self.level_place = np.full(2, 0.5 * cfg.terrain.tile if cfg.terrain else 0.0)
+        self.level_height = 0.0
         self.pool = settle_pool(self)
         self.reset_all()
+
+    def _model(self) -> mujoco.MjModel:
+        cfg = self.cfg
+        return build_training_model(
+            self.body,
+            cfg.timestep,
+            cfg.iterations,
+            ls_iterations=cfg.ls_iterations,
+            weld=cfg.weld,
+            ground=None if self.tiles is None else self.tiles.ground,
+        )
+
+    def _home_feet(self) -> Array:
+        """(f, 2) where the feet stand in the stance, from the trunk, heading 0 [m]."""
+        data = mujoco.MjData(self.sim.model)
+        data.qpos[:] = self.home
+        mujoco.mj_kinematics(self.sim.model, data)
+        yaw = -float(heading_yaw(self.body.heading, self.home[3:7]))
+        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+        feet = [data.site(f"{limb}_tip").xpos[:2] - self.home[:2] for limb in self.body.feet]
+        return np.asarray(np.array(feet) @ turn.T)
 
     def _allocate(self) -> None:
         n, f, k = self.n, len(self.body.feet), self.layout.actions
@@ -83,6 +136,9 @@ class LocomotionEnv:
         self.late = np.zeros(n, dtype=bool)
         self.velocity = np.zeros((n, 3))
         self.yaw0 = np.zeros(n)
+        self.seen_speed = np.zeros(n)
+        self.height = np.full(n, self.height0)
+        self.foot_height = np.zeros((n, f))
         self.air = np.zeros((n, f))
         self.down = np.zeros((n, f))
         self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
@@ -112,6 +168,8 @@ class LocomotionEnv:
         turn = rpy_to_quat(0.0, 0.0, self.rng.uniform(-np.pi, np.pi, len(ids)))
         qpos[:, 3:7] = quat_mul(turn, qpos[:, 3:7])
         qvel[:, :3] = rotate(turn, qvel[:, :3])
+        if self.tiles is not None:
+            self._spread_out(ids, qpos)
         self.randomiser.new_episode(ids)
         self.sim.place(ids, qpos, qvel, np.tile(self.ctrl0, (len(ids), 1)))
         which = np.zeros(self.n, dtype=bool)
@@ -124,20 +182,36 @@ class LocomotionEnv:
         self.steps[ids] = 0
         for state in (self.velocity, self.air, self.down, self.action_1, self.action_2):
             state[ids] = 0.0
+        self.height[ids], self.foot_height[ids] = self.height0, 0.0
         self.frames[ids] = np.nan
         self.yaw0[ids] = heading_yaw(self.body.heading, qpos[:, 3:7])
         self._new_command(ids)
 
+    def _spread_out(self, ids: NDArray[np.int64], qpos: Array) -> None:
+        """Move start states (m, nq) onto tiles of the robots' levels, the highest foot down."""
+        assert self.tiles is not None
+        here = self.tiles.start(self.rng, self.curriculum.level[ids], self.curriculum.column[ids])
+        yaw = heading_yaw(self.body.heading, qpos[:, 3:7])
+        c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+        x, y = self._feet_H[:, 0], self._feet_H[:, 1]
+        feet = np.stack([c * x - s * y, s * x + c * y], axis=-1) + here[:, None]
+        qpos[:, :2] += here
+        qpos[:, 2] += self.tiles.ground.at(feet).max(axis=1)
+
     def _new_command(self, ids: NDArray[np.int64]) -> None:
-        """Uniform over the body's range; a tenth stand still, a fifth move along one axis."""
+        """Uniform over the body's range; a tenth stand still, three tenths move along one axis,
+        half of these as fast as the body can."""
         m = len(ids)
-        low = np.array(self.body.command_low) * self.cfg.command_margin
-        high = np.array(self.body.command_high) * self.cfg.command_margin
+        reach = self.cfg.command_margin * self.curriculum.command
+        low = np.array(self.body.command_low) * reach
+        high = np.array(self.body.command_high) * reach
         command = self.rng.uniform(low, high, (m, 3))
-        kind = self.rng.random(m)
+        kind = self.rng.random((m, 1))
+        end = np.where(self.rng.random((m, 1)) < 0.5, low, high)
         axis = np.eye(3)[self.rng.integers(3, size=m)]
-        command = np.where(kind[:, None] < 0.3, command * axis, command)
-        command = np.where(kind[:, None] < 0.1, 0.0, command)
+        command = np.where(kind < 0.4, command * axis, command)
+        command = np.where(kind < 0.25, end * axis, command)
+        command = np.where(kind < 0.1, 0.0, command)
         self.command[ids] = command
         self.command_left[ids] = self.rng.uniform(*self.cfg.command_s, m)
 
@@ -149,28 +223,39 @@ class LocomotionEnv:
         self.target = self.filter.push(action)
         sent = np.where(self.late[:, None], previous, self.target)
         self.sim.ctrl[:, self._ctrl_at] = sent
-        self.randomiser.kick(POLICY_DT)
+        self.randomiser.kick(POLICY_DT, self.curriculum.kick)
+        if self.tiles is not None:
+            self.randomiser.surface(*self.tiles.surface(self.sim.foot_position[:, :, :2]))
         self.sim.step(self.cfg.substeps)
         self.steps += 1
-        self.clock.advance(self.command, POLICY_DT)
+        self.clock.advance(self.command, POLICY_DT, self.seen_speed)
         signals = self._signals()
         reward, log = rewards.total(signals, self.weights)
+        if self.cfg.clip_reward:
+            reward = np.maximum(reward, 0.0)
         self.action_2, self.action_1 = self.action_1, self.filter.last.copy()
         fallen = signals.fallen > 0
         time_out = (self.steps >= self.max_steps) & ~fallen
         done = fallen | time_out
         log = {f"/reward/{k}": v for k, v in log.items()}
-        log["/error/linear"] = float(
-            np.linalg.norm(signals.command[:, :2] - signals.velocity[:, :2], axis=1).mean()
-        )
+        error = np.linalg.norm(signals.command[:, :2] - signals.velocity[:, :2], axis=1).mean()
+        asked = np.linalg.norm(signals.command[:, :2], axis=1).mean()
+        log["/error/linear"] = float(error)
         log["/error/yaw"] = float(np.abs(signals.command[:, 2] - signals.velocity[:, 2]).mean())
         log["/power_W"] = float(rewards.power(signals).mean())
         log["/falls_per_minute"] = float(fallen.mean() * 3600)
+        self.curriculum.watch(float(error / max(asked, 1e-3)), log["/falls_per_minute"])
+        log["/curriculum/command"] = self.curriculum.command
+        log["/curriculum/kick"] = self.curriculum.kick
+        if self.tiles is not None:
+            log["/curriculum/level"] = float(self.curriculum.level.mean())
         self.command_left -= POLICY_DT
         if (stale := np.flatnonzero(self.command_left <= 0)).size:
             self._new_command(stale)
         if done.any():
-            self._reset(np.flatnonzero(done))
+            ids = np.flatnonzero(done)
+            self.curriculum.ended(ids, fallen[ids], self.rng)
+            self._reset(ids)
         self.observation, self.privileged = self.observe()
         return StepResult(
             self.observation, self.privileged, reward * POLICY_DT, done, time_out, log
@@ -195,9 +280,14 @@ class LocomotionEnv:
         self.down = np.where(contact > 0, self.down + POLICY_DT, 0.0)
         upright = -gravity[:, 2] if self.body.heading == "crawl" else -gravity[:, 0]
         tilt = gravity[:, :2] if self.body.heading == "crawl" else gravity[:, 1:]
-        height = self.sim.qpos[:, 2]
-        fallen = (height < self.cfg.min_height) | (upright < self.cfg.min_upright)
         foot = self.sim.foot_position
+        below = np.zeros(foot.shape[:2])
+        if self.tiles is not None:
+            below = self.tiles.ground.at(foot[:, :, :2])
+        height = self.sim.qpos[:, 2] - below.mean(axis=1)
+        self.height = height
+        self.foot_height = foot[:, :, 2] - below
+        fallen = self._fallen(height, upright)
         return rewards.Signals(
             command=self.command.copy(),
             moving=self.clock.moving.astype(float),
@@ -218,7 +308,7 @@ class LocomotionEnv:
             touchdown=touchdown,
             air_time=air,
             contact_time=self.down,
-            foot_height=foot[:, :, 2],
+            foot_height=self.foot_height,
             foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
             fallen=fallen.astype(float),
             early=(self.steps < 500).astype(float),
@@ -227,11 +317,54 @@ class LocomotionEnv:
             sigma_yaw=self.cfg.sigma_yaw,
         )
 
+    def _fallen(self, height: Array, upright: Array) -> NDArray[np.bool_]:
+        """Eq. (3) to (5): too low or tilted, a motor too fast, a target at a joint limit."""
+        cfg = self.cfg
+        fallen = (height < cfg.min_height) | (upright < cfg.min_upright)
+        if cfg.max_joint_speed > 0:
+            fast = np.abs(self.sim.qvel[:, self.sim.at.dof]).max(axis=1) > cfg.max_joint_speed
+            fallen |= fast & (self.steps > 5)
+        if cfg.limit_margin > 0:
+            near = self.filter.free - cfg.limit_margin < self.filter.low
+            near |= self.filter.free + cfg.limit_margin > self.filter.high
+            fallen |= near.any(axis=1)
+        return np.asarray(fallen)
+
+    # -- stopping and going on -------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """All that changes, as arrays and plain values; :meth:`load_state` goes on from it."""
+        return {
+            "sim": self.sim.state(),
+            "robots": {k: np.array(getattr(self, k)) for k in _ROBOTS},
+            "filter": self.filter.past.copy(),
+            "history": self.history.state(),
+            "clock": {k: np.array(getattr(self.clock, k)) for k in ("phase", "moving", "calm")},
+            "randomiser": self.randomiser.state(),
+            "curriculum": self.curriculum.state(),
+            "pool": {"qpos": self.pool[0].copy(), "qvel": self.pool[1].copy()},
+            "rng": self.rng.bit_generator.state,
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from :meth:`state` of an environment with the same configuration."""
+        self.sim.load_state(state["sim"])
+        for name in _ROBOTS:
+            getattr(self, name)[:] = state["robots"][name]
+        self.filter.past[:] = state["filter"]
+        self.history.load_state(state["history"])
+        for name, value in state["clock"].items():
+            getattr(self.clock, name)[:] = value
+        self.randomiser.load_state(state["randomiser"])
+        self.curriculum.load_state(state["curriculum"])
+        self.pool = (np.array(state["pool"]["qpos"]), np.array(state["pool"]["qvel"]))
+        self.rng.bit_generator.state = state["rng"]
+
     # -- observing -----------------------------------------------------------------------
 
     def observe(self) -> tuple[Array, Array]:
         """Noisy, possibly delayed observations (n, size) and the critic's privileged view."""
-        self.clock.moving = is_moving(self.command)  # new commands have come since it ran
+        self.clock.refresh(self.command)  # new commands have come since it ran
         q, v_B, w_B = self._truth()
         joints = self.sim.qpos[:, self._q_at]
         common: dict[str, Any] = dict(
@@ -242,6 +375,7 @@ class LocomotionEnv:
             clock=self.clock.observe(),
         )
         nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
+        self.seen_speed = np.linalg.norm(rotate(nq, nv)[:, :2], axis=1)
         noisy = build_frame(self.layout, self.body, q_OB=nq, v_B=nv, w_B=nw, joints=nj, **common)
         fresh = np.isnan(self.frames[:, 0, 0])
         self.frames[:, 1:] = self.frames[:, :-1].copy()
@@ -257,10 +391,10 @@ class LocomotionEnv:
             [
                 true,
                 self.velocity,
-                self.sim.qpos[:, 2:3] - self.height0,
+                self.height[:, None] - self.height0,
                 self.sim.qvel[:, self.sim.at.dof] * 0.2,
                 self.sim.contact,
-                self.sim.foot_position[:, :, 2] * 10.0,
+                self.foot_height * 10.0,
                 self.air,
                 self.randomiser.describe(),
                 self.late[:, None].astype(float),

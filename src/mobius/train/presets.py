@@ -7,6 +7,10 @@ from typing import Any
 
 from mobius.control.observation import FrameKind
 from mobius.errors import UnknownName
+from mobius.paper import BODY_MASS_V3, TABLE_I, TABLE_III
+from mobius.train.curriculum import CurriculumConfig
+from mobius.train.rewards import OURS
+from mobius.train.terrain import TerrainConfig
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,11 @@ class Randomisation:
     action_delay: float = 0.5
     """Share of episodes whose targets arrive one policy step late; ours."""
     kick_interval: tuple[float, float] = (1.0, 4.0)
-    """Alg. 2 [s]."""
+    """P_int of Alg. 2, drawn once an episode [s]."""
     kick_velocity: float = 0.3
-    """Largest kick [m/s]."""
+    """kick_vel of Alg. 2: largest kick [m/s]."""
+    kick_spread: float = 1.0
+    """Kicks are this share of the largest smaller at most; 0 makes all the same."""
     trunk_mass: tuple[float, float] = (-1.0, 1.5)
     """Added to the trunk [kg]."""
     trunk_com: float = 0.03
@@ -39,6 +45,14 @@ class Randomisation:
     """Added to the sole's 0.8."""
     gain: float = 0.2
     """Relative change of every servo's stiffness (gain and bias tied)."""
+    gain_absolute: float = 0.0
+    """The same as printed, absolute [N m/rad]; no stiffness falls below half."""
+    bias: float = 0.0
+    """Change of the bias alone [N m/rad], as printed: it scales the measured angle."""
+    strength: float = 0.1
+    """Relative change of a robot's torque limits; ours."""
+    trunk_floor: float = 1.5
+    """No trunk is lighter [kg]."""
     initial_joint: float = 0.06
     """Random targets before an episode starts [rad]."""
 
@@ -56,6 +70,9 @@ class Randomisation:
             trunk_com=0.0,
             friction=(0.0, 0.0),
             gain=0.0,
+            gain_absolute=0.0,
+            bias=0.0,
+            strength=0.0,
             initial_joint=0.0,
         )
 
@@ -75,6 +92,13 @@ class EnvConfig:
     """Physics steps per policy step."""
     iterations: int = 4
     """Newton iterations."""
+    ls_iterations: int = 5
+    """Line search iterations."""
+    weld: bool = True
+    """Weld the joints that the policy does not move; physics is a third to a half cheaper."""
+    terrain: TerrainConfig | None = None
+    """Uneven ground; None is an endless plane."""
+    curriculum: CurriculumConfig = field(default_factory=CurriculumConfig)
     episode_s: float = 20.0
     command_s: tuple[float, float] = (3.0, 7.0)
     """Time between new commands [s]."""
@@ -84,6 +108,14 @@ class EnvConfig:
     """Eq. (3): episode ends below [m]."""
     min_upright: float = 0.6
     """Episode ends when the cosine of the trunk's tilt falls below."""
+    max_joint_speed: float = 0.0
+    """Eq. (4): episode ends when a motor turns faster [rad/s]; not in the first 5 steps; 0
+    switches it off."""
+    limit_margin: float = 0.0
+    """Eq. (5): episode ends when a target, before it is clipped, is nearer to a joint limit
+    than this [rad]; 0 switches it off."""
+    clip_reward: bool = False
+    """Sums of rewards below 0 count as 0, as in the tutorial the paper's tables come from."""
     velocity_filter_s: float = 0.1
     """Time constant of the velocity the tracking rewards look at [s]."""
     sigma_linear: float = 0.06
@@ -103,6 +135,8 @@ class Preset:
     num_envs: int
     steps: int
     """Environment steps in all."""
+    warm: str | None = None
+    """Preset whose trained run this one starts from (``--from``); None starts from nothing."""
     horizon: int = 24
     epochs: int = 4
     minibatches: int = 4
@@ -112,6 +146,15 @@ class Preset:
     lam: float = 0.95
     entropy: float = 0.002
     init_std: float = 0.6
+    clip: float = 0.2
+    value_weight: float = 1.0
+    adaptive: bool = True
+    """Adapt the learning rate to ``desired_kl``."""
+    activation: str = "elu"
+    symmetric: bool = True
+    """An actor that is left-right equivariant."""
+    privileged: bool = True
+    """The critic sees the truth, too."""
     actor: tuple[int, ...] = (128, 128, 128)
     critic: tuple[int, ...] = (128, 128, 128)
 
@@ -121,25 +164,28 @@ class Preset:
             class_name="PPO",
             num_learning_epochs=self.epochs,
             num_mini_batches=self.minibatches,
-            clip_param=0.2,
+            clip_param=self.clip,
             gamma=self.gamma,
             lam=self.lam,
-            value_loss_coef=1.0,
+            value_loss_coef=self.value_weight,
             entropy_coef=self.entropy,
             learning_rate=self.learning_rate,
             max_grad_norm=1.0,
-            schedule="adaptive",
+            schedule="adaptive" if self.adaptive else "fixed",
             desired_kl=self.desired_kl,
             use_clipped_value_loss=True,
         )
 
     def runner(self, actor_class: str) -> dict[str, Any]:
         """rsl_rl's configuration."""
-        net = dict(activation="elu", obs_normalization=True)
+        net = dict(activation=self.activation, obs_normalization=True)
         return dict(
             num_steps_per_env=self.horizon,
             save_interval=50,
-            obs_groups={"actor": ["policy"], "critic": ["policy", "privileged"]},
+            obs_groups={
+                "actor": ["policy"],
+                "critic": ["policy", "privileged"] if self.privileged else ["policy"],
+            },
             algorithm=self.algorithm(),
             actor=dict(
                 class_name=actor_class,
@@ -154,7 +200,17 @@ class Preset:
         )
 
 
-_FAST = Preset(EnvConfig(), num_envs=512, steps=4_000_000)
+_GROWING = CurriculumConfig(command_start=0.4, command_error=0.35, kick_start=0.2)
+
+_CRAWL = Preset(
+    EnvConfig(
+        randomisation=Randomisation(kick_velocity=0.4),
+        curriculum=_GROWING,
+        weights={"tracking_far": 0.5},
+    ),
+    num_envs=512,
+    steps=5_000_000,
+)
 
 _BIPED = Preset(
     EnvConfig(
@@ -164,28 +220,131 @@ _BIPED = Preset(
         velocity_filter_s=0.4,
         sigma_linear=0.012,
         sigma_yaw=0.06,
-        randomisation=Randomisation(trunk_com=0.02, initial_joint=0.02),
+        command_margin=1.1,
+        randomisation=Randomisation(
+            trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.55
+        ),
+        curriculum=CurriculumConfig(kick_start=0.5, kick_falls=4.0),
         weights={
             "alive": 0.3,
             "power": -0.002,
             "torque": -0.0003,
             "slip": -0.2,
-            "gait": 0.8,
-            "swing_height": -0.8,
+            "gait": 1.2,
+            "swing_height": -1.0,
             "pose": -0.1,
             "stand_still": -0.1,
         },
     ),
     num_envs=512,
-    steps=14_000_000,
+    steps=8_000_000,
+    entropy=0.004,
 )
 
-PRESETS: dict[tuple[str, str], Preset] = {
-    ("crawl", "fast"): _FAST,
-    ("biped", "fast"): _BIPED,
-    ("biped", "smoke"): replace(_BIPED, num_envs=32, steps=32 * 24 * 4),
-    ("crawl", "smoke"): replace(_FAST, num_envs=32, steps=32 * 24 * 4),
+_ROUGH = {
+    "crawl": TerrainConfig(),
+    "biped": TerrainConfig(bumps=0.04, steps=0.025, slope=0.12),
 }
+
+
+def _rough(flat: Preset, name: str, steps: int) -> Preset:
+    """Go on from a flat policy on uneven ground."""
+    env = replace(
+        flat.env,
+        terrain=_ROUGH[flat.env.body],
+        curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
+    )
+    return replace(flat, env=env, steps=steps, warm=name, init_std=0.4, learning_rate=3e-4)
+
+
+def _paper(fast: Preset) -> Preset:
+    """Tables I to III to the letter, as far as the physics permits (docs/training.md)."""
+    env = EnvConfig(
+        body=fast.env.body,
+        frame="paper",
+        history=16,
+        clock=False,
+        timestep=1 / 300,
+        substeps=5,
+        iterations=TABLE_I.solver_iterations,
+        ls_iterations=TABLE_I.line_search_iterations,
+        weld=False,
+        episode_s=TABLE_I.episode_steps / 60,
+        command_margin=1.0,
+        min_height=fast.env.min_height,
+        min_upright=0.0,
+        max_joint_speed=TABLE_I.max_motor_speed,
+        limit_margin=0.02,
+        velocity_filter_s=0.0,
+        sigma_linear=0.01 if fast.env.body == "biped" else 0.05,
+        sigma_yaw=fast.env.sigma_yaw,
+        clip_reward=True,
+        randomisation=Randomisation(
+            angular_velocity=TABLE_III.yaw_rate.high,
+            linear_velocity=TABLE_III.linear_velocity.high,
+            encoder=0.0,
+            delay_chance=TABLE_III.delay_probability,
+            delay_steps=int(TABLE_III.delay_frames.high),
+            action_delay=0.0,
+            kick_interval=(TABLE_III.kick_interval.low / 60, TABLE_III.kick_interval.high / 60),
+            kick_velocity=0.05,
+            kick_spread=0.0,
+            trunk_mass=(BODY_MASS_V3.low, BODY_MASS_V3.high),
+            trunk_com=TABLE_III.body_location.high,
+            friction=(TABLE_III.friction.low, TABLE_III.friction.high),
+            gain=0.0,
+            gain_absolute=TABLE_III.actuator_gain.high,
+            strength=0.0,
+            initial_joint=0.01,
+        ),
+        weights={
+            **dict.fromkeys(OURS, 0.0),
+            "tracking_linear": 1.5,
+            "tracking_yaw": 0.8,
+            "vertical_velocity": -2.0,
+            "tilt_rate": -0.05,
+            "power": -0.002,
+            "action_rate": -0.01,
+            "stand_still": -0.5,
+            "air_time": 0.2,
+            "contact": 0.1,
+            "slip": -0.1,
+            "termination": -1.0,
+        },
+    )
+    return Preset(
+        env,
+        num_envs=8192,
+        steps=TABLE_I.steps_flat,
+        horizon=20,
+        epochs=TABLE_I.updates_per_batch,
+        minibatches=TABLE_I.minibatches,
+        learning_rate=TABLE_I.learning_rate,
+        gamma=TABLE_I.discount,
+        entropy=TABLE_I.entropy_cost,
+        clip=0.3,
+        value_weight=0.5,
+        adaptive=False,
+        activation="swish",
+        symmetric=False,
+        privileged=False,
+        actor=TABLE_I.hidden_layers,
+        critic=(256,) * 5,
+    )
+
+
+def _presets() -> dict[tuple[str, str], Preset]:
+    presets: dict[tuple[str, str], Preset] = {}
+    for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
+        presets[body, "fast"] = fast
+        presets[body, "fast-rough"] = _rough(fast, "fast", 2_500_000)
+        presets[body, "paper"] = paper = _paper(fast)
+        presets[body, "paper-rough"] = _rough(paper, "paper", TABLE_I.steps_rough)
+        presets[body, "smoke"] = replace(fast, num_envs=32, steps=32 * 24 * 4)
+    return presets
+
+
+PRESETS = _presets()
 """(body, preset) -> configuration."""
 
 

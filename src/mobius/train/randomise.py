@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from mobius.train.env import LocomotionEnv
 
 Array = NDArray[np.float64]
+_DRAWN = ("kick_left", "kick_every", "n_delay", "mass", "friction", "com", "gain")
 
 
 class Randomiser:
@@ -24,55 +25,77 @@ class Randomiser:
         self.sim, self.cfg, self.rng = sim, cfg, rng
         model, n = sim.model, sim.n
         self._trunk = model.body("base_link").id
-        self._soles = np.array(
-            [i for i in range(model.ngeom) if "_sole" in model.geom(i).name], dtype=np.int64
-        )
+        self._foot = sim.soles[sim.soles >= 0]
+        self._foot_of = np.nonzero(sim.soles >= 0)[0]
         self._kp = model.actuator_gainprm[:, 0].copy()
+        self._force0 = model.actuator_forcerange.copy()
         self._mass0 = float(model.body_mass[self._trunk])
         self._inertia0 = model.body_inertia[self._trunk].copy()
         self._ipos0 = model.body_ipos[self._trunk].copy()
-        self._kick_left = np.full(n, np.inf)
-        self._n_delay = np.ones(n, dtype=np.int64)
+        self.kick_left, self.kick_every = np.full(n, np.inf), np.full(n, np.inf)
+        self.n_delay = np.ones(n, dtype=np.int64)
         self.mass, self.friction = np.zeros(n), np.full(n, 0.8)
         self.com, self.gain = np.zeros((n, 3)), np.ones((n, len(self._kp)))
 
     def new_episode(self, ids: NDArray[np.int64]) -> None:
-        """Draw body, friction, servo gains and delays of robots (m,) anew."""
-        m, cfg, rng = len(ids), self.cfg, self.rng
-        self.mass[ids] = rng.uniform(*cfg.trunk_mass, m)
+        """Draw body, friction, servos and delays of robots (m,) anew (rows 7 to 13)."""
+        m, cfg, rng, sim = len(ids), self.cfg, self.rng, self.sim
+        self.mass[ids] = np.maximum(rng.uniform(*cfg.trunk_mass, m), cfg.trunk_floor - self._mass0)
         self.com[ids] = rng.uniform(-cfg.trunk_com, cfg.trunk_com, (m, 3))
         self.friction[ids] = 0.8 + rng.uniform(*cfg.friction, m)
-        self.gain[ids] = 1.0 + rng.uniform(-cfg.gain, cfg.gain, (m, len(self._kp)))
+        kp = self._servo(ids, rng.uniform(-1, 1, (m, len(self._kp))))
+        spread = cfg.bias * rng.uniform(-1, 1, kp.shape)
         mass = self._mass0 + self.mass[ids]
-        self.sim.mass[ids, self._trunk] = mass
-        self.sim.inertia[ids, self._trunk] = self._inertia0 * (mass / self._mass0)[:, None]
-        self.sim.ipos[ids, self._trunk] = self._ipos0 + self.com[ids]
-        self.sim.friction[ids[:, None], self._soles, 0] = self.friction[ids, None]
-        kp = self._kp * self.gain[ids]
-        self.sim.gain[ids, :, 0] = kp
-        self.sim.bias[ids, :, 1] = -kp
-        self.sim.constants_changed(ids)
-        self._n_delay[ids] = rng.integers(1, cfg.delay_steps + 1, m)
-        self._kick_left[ids] = rng.uniform(*cfg.kick_interval, m)
+        fields = sim.fields
+        fields["mass"][ids, self._trunk] = mass
+        fields["inertia"][ids, self._trunk] = self._inertia0 * (mass / self._mass0)[:, None]
+        fields["ipos"][ids, self._trunk] = self._ipos0 + self.com[ids]
+        fields["friction"][ids[:, None], self._foot, 0] = self.friction[ids, None]
+        fields["gain"][ids, :, 0] = kp
+        fields["bias"][ids, :, 1] = -(kp + spread)
+        strength = 1.0 + rng.uniform(-cfg.strength, cfg.strength, m)
+        fields["force"][ids] = self._force0 * strength[:, None, None]
+        sim.constants_changed(ids)
+        self.n_delay[ids] = rng.integers(1, cfg.delay_steps + 1, m)
+        self.kick_every[ids] = rng.uniform(*cfg.kick_interval, m)
+        self.kick_left[ids] = self.kick_every[ids]
 
-    def kick(self, dt: float) -> None:
-        """Alg. 2: a horizontal velocity step of random direction at random intervals [s]."""
+    def _servo(self, ids: NDArray[np.int64], draw: Array) -> Array:
+        """Stiffness (m, nu) [N m/rad]: relative or, as printed, absolute, at least half."""
+        cfg = self.cfg
+        kp = self._kp * (1.0 + cfg.gain * draw) + cfg.gain_absolute * draw
+        kp = np.maximum(kp, 0.5 * self._kp)
+        self.gain[ids] = kp / self._kp
+        return np.asarray(kp)
+
+    def surface(self, friction: Array, firmness: Array) -> None:
+        """Put feet on patches: friction factor and time constant [s] under each foot (n, f)."""
+        fields, of = self.sim.fields, self._foot_of
+        fields["friction"][:, self._foot, 0] = self.friction[:, None] * friction[:, of]
+        fields["solref"][:, self._foot, 0] = firmness[:, of]
+
+    def kick(self, dt: float, share: float = 1.0) -> None:
+        """Alg. 2: a horizontal velocity step of random direction every P_int.
+
+        ``share`` of the largest kick is the curriculum's.
+        """
         if self.cfg.kick_velocity <= 0:
             return
-        self._kick_left -= dt
-        due = np.flatnonzero(self._kick_left <= 0)
+        self.kick_left -= dt
+        due = np.flatnonzero(self.kick_left <= 0)
         if due.size:
             angle = self.rng.uniform(0, 2 * np.pi, due.size)
-            size = self.rng.uniform(0, self.cfg.kick_velocity, due.size)
+            size = 1.0 - self.cfg.kick_spread * self.rng.random(due.size)
+            size *= share * self.cfg.kick_velocity
             self.sim.qvel[due, 0] += size * np.cos(angle)
             self.sim.qvel[due, 1] += size * np.sin(angle)
-            self._kick_left[due] = self.rng.uniform(*self.cfg.kick_interval, due.size)
+            self.kick_left[due] += self.kick_every[due]
 
     def delay(self) -> NDArray[np.int64]:
         """Alg. 1: (n,) how many steps old the observed frame is; 0 with chance 1 - p."""
         n = self.sim.n
         late = self.rng.random(n) < self.cfg.delay_chance
-        steps = 1 + np.floor(self.rng.random(n) * self._n_delay).astype(np.int64)
+        steps = 1 + np.floor(self.rng.random(n) * self.n_delay).astype(np.int64)
         return np.where(late, steps, 0)
 
     def noisy(self, q: Array, v_B: Array, w_B: Array, joints: Array) -> tuple[Array, ...]:
@@ -90,6 +113,15 @@ class Randomiser:
             joints + noise(joints.shape, cfg.encoder),
         )
 
+    def state(self) -> dict[str, Any]:
+        """What is drawn per episode; the model fields are the simulator's."""
+        return {k: np.array(getattr(self, k)) for k in _DRAWN}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from :meth:`state`."""
+        for name in _DRAWN:
+            getattr(self, name)[:] = state[name]
+
     def describe(self) -> Array:
         """(n, 5) mass, com, friction for the critic."""
         return np.column_stack([self.mass, self.com * 10.0, self.friction])
@@ -103,11 +135,13 @@ def settle_pool(env: LocomotionEnv) -> tuple[Array, Array]:
     ids = np.arange(env.n)
     nv, nu = env.sim.model.nv, env.sim.model.nu
     start = np.tile(env.home, (env.n, 1))
+    start[:, :2], start[:, 2] = env.level_place, env.home[2] + env.level_height
     env.sim.place(ids, start, np.zeros((env.n, nv)), np.tile(env.ctrl0, (env.n, 1)))
     for _ in range(18):
         noise = env.rng.normal(0, max(env.cfg.randomisation.initial_joint, 1e-9), (env.n, nu))
         env.sim.ctrl[:] = env.ctrl0 + noise
         env.sim.step(env.cfg.substeps)
     qpos = np.array(env.sim.qpos)
-    qpos[:, :2] = 0.0
+    qpos[:, :2] -= env.level_place
+    qpos[:, 2] -= env.level_height
     return qpos, np.array(env.sim.qvel)

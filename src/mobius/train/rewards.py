@@ -12,7 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius import paper
+
 Array = NDArray[np.float64]
+MAX_SPEED = paper.TABLE_I.max_motor_speed
+"""50 rpm [rad/s] (Table I)."""
 
 
 @dataclass
@@ -38,11 +42,11 @@ class Signals:
     q_error: Array
     """(n, k) joint angle minus default [rad]."""
     torque: Array
-    """(n, 20) [N m] of all servos."""
+    """(n, m) [N m] of all servos that move."""
     speed: Array
-    """(n, 20) [rad/s]."""
+    """(n, m) [rad/s]."""
     torque_limit: Array
-    """(20,) stall torque [N m]."""
+    """(m,) stall torque [N m]."""
     action: Array
     """(n, k)."""
     action_1: Array
@@ -137,6 +141,16 @@ def fall(s: Signals) -> Array:
     return s.fallen
 
 
+def tracking_far(s: Signals) -> Array:
+    """exp(-|v_des - v| / 0.4 m/s): pulls from far away, where R_vxy is flat."""
+    return np.exp(-np.linalg.norm(s.command[:, :2] - s.velocity[:, :2], axis=1) / 0.4)
+
+
+def joint_speed(s: Signals) -> Array:
+    """Squared joint speed beyond 85 % of 50 rpm [rad^2/s^2]."""
+    return np.sum(np.maximum(np.abs(s.speed) - 0.85 * MAX_SPEED, 0.0) ** 2, axis=1)
+
+
 def alive(s: Signals) -> Array:
     """Constant 1."""
     return np.ones(len(s.v_z))
@@ -200,6 +214,8 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         slip,
         termination,
         fall,
+        tracking_far,
+        joint_speed,
         alive,
         orientation,
         height,
@@ -211,6 +227,9 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         swing_height,
     )
 }
+
+OURS: tuple[str, ...] = tuple(k for k in TERMS if k not in paper.TABLE_II.terms)
+"""Terms that Table II does not have."""
 
 WEIGHTS: dict[str, float] = {
     "tracking_linear": 1.5,
@@ -225,6 +244,8 @@ WEIGHTS: dict[str, float] = {
     "slip": -0.4,
     "termination": -1.0,
     "fall": -10.0,
+    "tracking_far": 0.0,
+    "joint_speed": -0.05,
     "alive": 0.1,
     "orientation": -3.0,
     "height": -20.0,
