@@ -72,6 +72,13 @@ def build_training_model(
                 objtype=mujoco.mjtObj.mjOBJ_SITE,
                 objname=f"{limb}_tip",
             )
+        if limb.endswith("leg"):
+            spec.add_sensor(
+                name=f"{limb}_foot_up",
+                type=mujoco.mjtSensor.mjSENS_FRAMEZAXIS,
+                objtype=mujoco.mjtObj.mjOBJ_XBODY,
+                objname=f"{limb}_foot",
+            )
     spec.option.timestep = timestep
     spec.option.iterations = iterations
     spec.option.ls_iterations = ls_iterations
@@ -105,6 +112,7 @@ class CpuBatch:
         sensor = self._batch.sensor
         self._contact = [sensor(f"{limb}_contact") for limb in feet]
         self._position = [sensor(f"{limb}_tip_pos") for limb in feet]
+        self._up = {i: sensor(f"{x}_foot_up") for i, x in enumerate(feet) if x.endswith("leg")}
         self._velocity = [sensor(f"{limb}_tip_vel") for limb in feet]
         self.fields = {k: self._batch.expand(v) for k, v in _FIELDS.items()}
         """Model fields of each robot, (n, ...); live."""
@@ -155,6 +163,14 @@ class CpuBatch:
     def contact(self) -> Array:
         """(n, f) 1 where a sole touches."""
         return np.stack([c.data[:, 0] > 0 for c in self._contact], axis=1).astype(float)
+
+    @property
+    def foot_tilt(self) -> Array:
+        """(n, f) squared sine of the angle between a sole and the horizontal; 0 for grippers."""
+        tilt = np.zeros((self.n, len(self._contact)))
+        for i, up in self._up.items():
+            tilt[:, i] = up.data[:, 0] ** 2 + up.data[:, 1] ** 2
+        return tilt
 
     @property
     def foot_position(self) -> Array:

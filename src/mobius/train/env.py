@@ -310,6 +310,7 @@ class LocomotionEnv:
             contact_time=self.down,
             foot_height=self.foot_height,
             foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
+            foot_tilt=self.sim.foot_tilt,
             fallen=fallen.astype(float),
             early=(self.steps < 500).astype(float),
             swing_top=self.body.gait.height,

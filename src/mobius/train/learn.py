@@ -7,6 +7,7 @@ events, ``checkpoint.pt`` (the newest, replaced atomically) and at the end ``pol
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import time
@@ -23,8 +24,8 @@ from torch.utils.tensorboard import SummaryWriter
 from mobius.errors import InvalidInput
 from mobius.files import write_json_atomic, write_text_atomic
 from mobius.train.env import LocomotionEnv
+from mobius.train.equivariant import EquivariantActor
 from mobius.train.presets import Preset
-from mobius.train.symmetric import SymmetricActor
 from mobius.train.vec import RslVecEnv
 
 Progress = Callable[[dict[str, float]], None]
@@ -34,11 +35,23 @@ SAVE_EVERY = 25
 
 def build_learner(preset: Preset, vec: RslVecEnv) -> PPO:
     """rsl_rl's PPO for the preset; seeds nothing."""
-    actor = SymmetricActor.configure(vec.env.layout, preset.env.body)
     cfg = preset.runner(actor_class="MLPModel")
-    cfg["actor"]["class_name"] = actor
+    if preset.symmetric:
+        cfg["actor"]["class_name"] = EquivariantActor.configure(vec.env.layout, preset.env.body)
     cfg["multi_gpu"] = None
     return PPO.construct_algorithm(vec.get_observations(), vec, cfg, "cpu")
+
+
+def anneal(preset: Preset, learner: PPO, steps: int) -> None:
+    """Set entropy bonus and largest action noise for the step count (``preset.anneal``)."""
+    if preset.anneal is None:
+        return
+    begin, end = preset.anneal
+    left = 1.0 - min(max((steps - begin) / (end - begin), 0.0), 1.0)
+    learner.entropy_coef = preset.entropy * left
+    most = preset.final_std * (preset.init_std / preset.final_std) ** left
+    with torch.no_grad():
+        learner.get_policy().distribution.log_std_param.clamp_(max=math.log(most))
 
 
 def seed_everything(seed: int) -> None:
@@ -107,6 +120,7 @@ def train(
         iteration = done_steps // batch
         while done_steps < preset.steps:
             start = time.perf_counter()
+            anneal(preset, learner, done_steps)
             figures = _iterate(vec, learner, preset.horizon)
             done_steps += batch
             iteration += 1

@@ -145,7 +145,12 @@ class Preset:
     gamma: float = 0.98
     lam: float = 0.95
     entropy: float = 0.002
+    anneal: tuple[int, int] | None = None
+    """Steps between which entropy bonus and the largest action noise shrink: exploration that
+    stays makes the deterministic policy overshoot its commands."""
     init_std: float = 0.6
+    final_std: float = 0.2
+    """Largest action noise after ``anneal``."""
     clip: float = 0.2
     value_weight: float = 1.0
     adaptive: bool = True
@@ -209,7 +214,8 @@ _CRAWL = Preset(
         weights={"tracking_far": 0.5},
     ),
     num_envs=512,
-    steps=5_000_000,
+    steps=5_500_000,
+    anneal=(3_000_000, 5_000_000),
 )
 
 _BIPED = Preset(
@@ -222,7 +228,7 @@ _BIPED = Preset(
         sigma_yaw=0.06,
         command_margin=1.1,
         randomisation=Randomisation(
-            trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.55
+            trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.7
         ),
         curriculum=CurriculumConfig(kick_start=0.5, kick_falls=4.0),
         weights={
@@ -234,11 +240,13 @@ _BIPED = Preset(
             "swing_height": -1.0,
             "pose": -0.1,
             "stand_still": -0.1,
+            "flat_foot": -8.0,
         },
     ),
     num_envs=512,
-    steps=8_000_000,
+    steps=7_000_000,
     entropy=0.004,
+    anneal=(3_500_000, 6_000_000),
 )
 
 _ROUGH = {
@@ -254,7 +262,7 @@ def _rough(flat: Preset, name: str, steps: int) -> Preset:
         terrain=_ROUGH[flat.env.body],
         curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
     )
-    return replace(flat, env=env, steps=steps, warm=name, init_std=0.4, learning_rate=3e-4)
+    return replace(flat, env=env, steps=steps, warm=name, anneal=(0, steps * 3 // 4))
 
 
 def _paper(fast: Preset) -> Preset:

@@ -65,6 +65,8 @@ class Signals:
     """(n, f) sole above the floor [m]."""
     foot_speed: Array
     """(n, f) horizontal [m/s]."""
+    foot_tilt: Array
+    """(n, f) squared sine of a sole's tilt."""
     fallen: Array
     """(n,) 1 where the episode ends by a fall."""
     early: Array
@@ -199,6 +201,11 @@ def swing_height(s: Signals) -> Array:
     return np.mean(miss**2 * (s.swing > 0), axis=1)
 
 
+def flat_foot(s: Signals) -> Array:
+    """Squared sine of the tilt of soles in contact."""
+    return np.sum(s.foot_tilt * s.contact, axis=1)
+
+
 TERMS: dict[str, Callable[[Signals], Array]] = {
     f.__name__: f
     for f in (
@@ -225,6 +232,7 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         pose,
         gait,
         swing_height,
+        flat_foot,
     )
 }
 
@@ -255,6 +263,7 @@ WEIGHTS: dict[str, float] = {
     "pose": -0.05,
     "gait": 0.6,
     "swing_height": -1.2,
+    "flat_foot": 0.0,
 }
 """Default weights of the crawl; a weight of 0 switches a term off."""
 

@@ -1,0 +1,111 @@
+"""An actor that cannot prefer a side, by its structure: pi(M o) = M pi(o) exactly.
+
+Hidden units come in pairs that the mirror swaps. A linear map that commutes with a swap is
+one matrix on the sums and another on the differences of the pairs, so a layer of k pairs
+costs half of a plain layer of 2 k units, and a quarter of running a plain network on the
+observation and on its mirror image. The robot is symmetric, so the best policy is; half
+of what there is to learn is gone, and no yaw bias can creep in.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from rsl_rl.models import MLPModel
+from rsl_rl.utils import resolve_nn_activation
+from tensordict import TensorDict
+from torch import nn
+
+from mobius.control.bodies import body_of
+from mobius.control.observation import Layout, mirror_frame, mirror_joints
+
+_ROOT_HALF = 0.5**0.5
+
+
+class PairLinear(nn.Module):
+    """Linear map of pairs (n, k), (n, k) that commutes with swapping them."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        super().__init__()
+        self.even = nn.Linear(inputs, outputs)
+        self.odd = nn.Linear(inputs, outputs, bias=False)
+
+    def forward(self, a: torch.Tensor, b: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """The pair's image."""
+        even = self.even(_ROOT_HALF * (a + b))
+        odd = self.odd(_ROOT_HALF * (a - b))
+        return _ROOT_HALF * (even + odd), _ROOT_HALF * (even - odd)
+
+
+class PairMLP(nn.Module):
+    """From an observation and its mirror image to an action that mirrors with them."""
+
+    def __init__(self, inputs: int, hidden: list[int], outputs: int, activation: str) -> None:
+        super().__init__()
+        pairs = [h // 2 for h in hidden]
+        self.lift = nn.Linear(inputs, pairs[0])
+        self.layers = nn.ModuleList(
+            PairLinear(m, n) for m, n in zip(pairs[:-1], pairs[1:], strict=True)
+        )
+        self.head = nn.Linear(pairs[-1], outputs)
+        self.act = resolve_nn_activation(activation)
+
+    def forward(self, x: torch.Tensor, mirrored: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """The head's answers (n, k) for both; the second is still to be mirrored."""
+        a, b = self.act(self.lift(x)), self.act(self.lift(mirrored))
+        for layer in self.layers:
+            a, b = layer(a, b)
+            a, b = self.act(a), self.act(b)
+        return self.head(a), self.head(b)
+
+
+class EquivariantActor(MLPModel):
+    """rsl_rl's MLP actor with a :class:`PairMLP` inside.
+
+    ``configure`` must be called before construction: rsl_rl builds actors from plain names.
+    """
+
+    layout: Layout
+    body: str
+
+    @classmethod
+    def configure(cls, layout: Layout, body: str) -> type[EquivariantActor]:
+        """A subclass for one observation layout and body."""
+        return type("EquivariantActor", (cls,), {"layout": layout, "body": body})
+
+    def __init__(self, *args: Any, hidden_dims: list[int], activation: str, **kwargs: Any) -> None:
+        super().__init__(*args, hidden_dims=hidden_dims, activation=activation, **kwargs)
+        body = body_of(self.body)
+        self.mlp = PairMLP(self.obs_dim, hidden_dims, len(body.joints), activation)
+        for name, (index, sign) in (
+            ("obs", mirror_frame(self.layout, body)),
+            ("act", mirror_joints(body)),
+        ):
+            self.register_buffer(f"{name}_index", torch.from_numpy(index), persistent=False)
+            self.register_buffer(
+                f"{name}_sign", torch.from_numpy(sign.astype(np.float32)), persistent=False
+            )
+
+    def mean_of(self, raw: torch.Tensor) -> torch.Tensor:
+        """Mean action (n, k) of raw observations (n, size)."""
+        mirrored = raw[:, self.obs_index] * self.obs_sign
+        straight, reflected = self.mlp(self.obs_normalizer(raw), self.obs_normalizer(mirrored))
+        return 0.5 * (straight + reflected[:, self.act_index] * self.act_sign)
+
+    def forward(
+        self,
+        obs: TensorDict,
+        masks: torch.Tensor | None = None,
+        hidden_state: Any = None,
+        stochastic_output: bool = False,
+    ) -> torch.Tensor:
+        """As :meth:`MLPModel.forward`, with the equivariant mean."""
+        mean = self.mean_of(torch.cat([obs[group] for group in self.obs_groups], dim=-1))
+        if self.distribution is None:
+            return mean
+        if stochastic_output:
+            self.distribution.update(mean)
+            return self.distribution.sample()
+        return self.distribution.deterministic_output(mean)
