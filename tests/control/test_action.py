@@ -9,7 +9,7 @@ from mobius.control.action import ActionFilter
 from mobius.control.bodies import body_of
 from mobius.control.clock import MOVE_GATE, GaitClock
 
-GAIT = body_of("crawl").gait
+GAIT = replace(body_of("crawl").gait, quicken=0.0)
 
 
 def test_moving_average_by_hand():
@@ -77,3 +77,9 @@ def test_a_shoved_robot_s_clock_runs_until_a_whole_period_was_calm():
     clock.reset()
     clock.advance(still, 0.01)
     assert not clock.moving.any()
+
+
+def test_strides_quicken_with_the_commanded_speed():
+    clock = GaitClock(replace(GAIT, period=0.5, quicken=0.4), 2)
+    clock.advance(np.array([[0.5, 0.0, 0.0], [0.0, 0.0, 1.0]]), 0.1)
+    np.testing.assert_allclose(clock.phase, [0.2 * 1.2, 0.2])

@@ -13,7 +13,7 @@ from mobius.control.observation import (
     mirror_joints,
 )
 from mobius.errors import InvalidInput, UnknownName
-from mobius.geometry import quat_conj, rotate, rpy_to_quat
+from mobius.geometry import quat_conj, quat_mul, rotate, rpy_to_quat
 
 BODY = body_of("crawl")
 LAYOUTS = [Layout("fast", 14, 3, True), Layout("fast", 14, 2), Layout("paper", 14, 16)]
@@ -61,8 +61,6 @@ def test_fast_frame_by_hand():
 def test_fast_frame_does_not_know_absolute_yaw():
     layout, s = Layout("fast", 14, 1), state()
     a = build_frame(layout, BODY, **s)
-    from mobius.geometry import quat_mul
-
     s["q_OB"] = quat_mul(rpy_to_quat(0.0, 0.0, 1.234), s["q_OB"])
     np.testing.assert_allclose(build_frame(layout, BODY, **s), a, atol=1e-12)
 
@@ -121,3 +119,14 @@ def test_mistakes_are_named():
         build_frame(Layout("fast", 14, 1, True), BODY, **s)
     with pytest.raises(UnknownName, match="crawl"):
         body_of("crwl")
+
+
+def test_the_standing_trunk_s_attitude_is_that_of_its_level_frame():
+    """A biped's trunk is pitched by -90 deg, where roll and yaw of base_link are one angle."""
+    biped, layout = body_of("biped"), Layout("paper", 8, 1)
+    standing = rpy_to_quat(0.0, -np.pi / 2, 0.0)
+    want = np.array([[0.05, 0.1, 0.7], [-0.1, -0.2, -2.0]])
+    q = quat_mul(rpy_to_quat(*want.T), standing)
+    s = state(2)
+    s.update(q_OB=q, joints=s["joints"][:, :8], action=s["action"][:, :8], default=np.zeros(8))
+    np.testing.assert_allclose(build_frame(layout, biped, **s)[:, :3], want, atol=1e-9)

@@ -20,13 +20,15 @@ class Gait:
     """When each foot of a body is in the air."""
 
     period: float
-    """Of one stride [s]."""
+    """Of one slow stride [s]."""
     offsets: tuple[float, ...]
     """Phase of each foot ahead of the clock, in strides."""
     swing: tuple[float, float]
     """Part of a foot's own phase in which it should be in the air."""
     height: float
     """Of the sole in the middle of a swing [m]."""
+    quicken: float = 0.0
+    """Strides are this much more frequent a unit of commanded speed [s/m]."""
     unrest: float = 0.0
     """Believed horizontal speed [m/s] from which the clock runs though the command is zero:
     a robot that was pushed steps until a whole period was calm; 0 switches it off."""
@@ -70,7 +72,9 @@ class GaitClock:
         shoved = (self.gait.unrest > 0) & (np.asarray(speed) > self.gait.unrest)
         self.calm = np.where(shoved, 0.0, self.calm + dt)
         self.refresh(command)
-        self.phase = np.where(self.moving, (self.phase + dt / self.gait.period) % 1.0, self.phase)
+        speed_asked = np.linalg.norm(command[..., :2], axis=-1)
+        step = dt / self.gait.period * (1.0 + self.gait.quicken * speed_asked)
+        self.phase = np.where(self.moving, (self.phase + step) % 1.0, self.phase)
 
     def refresh(self, command: Array) -> None:
         """See new commands (n, 3) without running on."""
@@ -86,8 +90,12 @@ class GaitClock:
         return (self.phase[:, None] + self._offsets) % 1.0
 
     def swing_wanted(self) -> Array:
-        """(n, feet) where within its swing a foot should be: 0 on the ground, sine in the air."""
+        """(n, feet) how high a swinging foot should be, in parts of the top; 0 on the ground.
+
+        It leaves the ground fast, so that it does not scrape, and lands softly.
+        """
         phase = self.limb_phase()
         start, end = self.gait.swing
         inside = (phase > start) & (phase < end) & self.moving[:, None]
-        return np.where(inside, np.sin(np.pi * (phase - start) / (end - start)), 0.0)
+        part = np.clip((phase - start) / (end - start), 0.0, 1.0) ** 0.6
+        return np.where(inside, np.sin(np.pi * part) ** 2, 0.0)

@@ -3,7 +3,8 @@
 The one place where an observation is laid out; training and the loop both call
 :func:`build_frame` and :class:`History`. All arrays are batched over (n, ...).
 
-``paper`` frame (Sec. IV-A2), 24 + |A| wide: roll, pitch, yaw since the start [rad]; yaw rate
+``paper`` frame (Sec. IV-A2), 10 + 2 |A| wide: roll, pitch, yaw since the start [rad] of the
+level heading frame; yaw rate
 [rad/s]; vx, vy, vz [m/s]; Theta [rad]; last action; commanded vx, vy, wz.
 ``fast`` frame: unit gravity in the trunk frame; trunk rates [rad/s]; vx, vy, vz [m/s];
 Theta minus its default [rad]; last action; command; with ``clock`` sine and cosine of the
@@ -20,10 +21,13 @@ from numpy.typing import NDArray
 
 from mobius.control.bodies import Body
 from mobius.errors import InvalidInput, UnknownName
-from mobius.geometry import heading_yaw, quat_conj, quat_to_rpy, rotate, wrap_angle
+from mobius.geometry import heading_yaw, quat_conj, quat_mul, quat_to_rpy, rotate, wrap_angle
 
 Array = NDArray[np.float64]
 FrameKind = Literal["fast", "paper"]
+_Q_BH = np.array([0.5**0.5, 0.0, 0.5**0.5, 0.0])
+"""The standing trunk's level frame (x forward, z up) seen from base_link: without it roll and
+yaw of a trunk pitched by 90 degrees would be one angle."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,8 @@ def build_frame(
         tail.append(clock)
     v_H, w_H = heading_twist(body, q_OB, v_B, w_B)
     if layout.kind == "paper":
-        rpy = quat_to_rpy(q_OB)
+        upright = quat_mul(q_OB, _Q_BH) if body.heading == "biped" else q_OB
+        rpy = quat_to_rpy(upright)
         rpy[..., 2] = wrap_angle(rpy[..., 2] - yaw0)
         return np.concatenate([rpy, w_H[..., 2:], v_H, joints, *tail], axis=-1)
     down = np.broadcast_to([0.0, 0.0, -1.0], v_B.shape)

@@ -38,6 +38,7 @@ _ROBOTS = (
     "height",
     "foot_height",
     "air",
+    "foot_vz",
     "down",
     "action_1",
     "action_2",
@@ -140,6 +141,7 @@ class LocomotionEnv:
         self.height = np.full(n, self.height0)
         self.foot_height = np.zeros((n, f))
         self.air = np.zeros((n, f))
+        self.foot_vz = np.zeros((n, f))
         self.down = np.zeros((n, f))
         self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
         self.frames = np.zeros((n, 1 + self.cfg.randomisation.delay_steps, self.layout.frame_size))
@@ -180,7 +182,14 @@ class LocomotionEnv:
         self.target[ids] = self.default
         self.late[ids] = self.rng.random(len(ids)) < self.cfg.randomisation.action_delay
         self.steps[ids] = 0
-        for state in (self.velocity, self.air, self.down, self.action_1, self.action_2):
+        for state in (
+            self.velocity,
+            self.air,
+            self.foot_vz,
+            self.down,
+            self.action_1,
+            self.action_2,
+        ):
             state[ids] = 0.0
         self.height[ids], self.foot_height[ids] = self.height0, 0.0
         self.frames[ids] = np.nan
@@ -200,7 +209,8 @@ class LocomotionEnv:
 
     def _new_command(self, ids: NDArray[np.int64]) -> None:
         """Uniform over the body's range; a tenth stand still, three tenths move along one axis,
-        half of these as fast as the body can."""
+        half of these as fast as the body can.
+        """
         m = len(ids)
         reach = self.cfg.command_margin * self.curriculum.command
         low = np.array(self.body.command_low) * reach
@@ -275,6 +285,8 @@ class LocomotionEnv:
         gravity = rotate(quat_conj(q), np.broadcast_to([0.0, 0.0, -1.0], (self.n, 3)))
         contact = self.sim.contact
         touchdown = contact * (self.air > 0)
+        early = (1.0 - contact) * (self.down > 0) * (self.down < 0.08)
+        landing, self.foot_vz = self.foot_vz, self.sim.foot_velocity[:, :, 2]
         air = self.air + POLICY_DT
         self.air = np.where(contact > 0, 0.0, air)
         self.down = np.where(contact > 0, self.down + POLICY_DT, 0.0)
@@ -310,6 +322,8 @@ class LocomotionEnv:
             contact_time=self.down,
             foot_height=self.foot_height,
             foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
+            landing_speed=landing,
+            lifted_early=early,
             foot_tilt=self.sim.foot_tilt,
             fallen=fallen.astype(float),
             early=(self.steps < 500).astype(float),
@@ -377,6 +391,7 @@ class LocomotionEnv:
         )
         nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
         self.seen_speed = np.linalg.norm(rotate(nq, nv)[:, :2], axis=1)
+        self.seen = dict(q_OB=nq, v_B=nv, w_B=nw, joints=nj)
         noisy = build_frame(self.layout, self.body, q_OB=nq, v_B=nv, w_B=nw, joints=nj, **common)
         fresh = np.isnan(self.frames[:, 0, 0])
         self.frames[:, 1:] = self.frames[:, :-1].copy()

@@ -9,6 +9,7 @@ of what there is to learn is gone, and no yaw bias can creep in.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,7 @@ class PairMLP(nn.Module):
         super().__init__()
         pairs = [h // 2 for h in hidden]
         self.lift = nn.Linear(inputs, pairs[0])
-        self.layers = nn.ModuleList(
-            PairLinear(m, n) for m, n in zip(pairs[:-1], pairs[1:], strict=True)
-        )
+        self.layers = nn.ModuleList(PairLinear(m, n) for m, n in itertools.pairwise(pairs))
         self.head = nn.Linear(pairs[-1], outputs)
         self.act = resolve_nn_activation(activation)
 

@@ -209,9 +209,9 @@ _GROWING = CurriculumConfig(command_start=0.4, command_error=0.35, kick_start=0.
 
 _CRAWL = Preset(
     EnvConfig(
-        randomisation=Randomisation(kick_velocity=0.4),
+        randomisation=Randomisation(kick_velocity=0.3),
         curriculum=_GROWING,
-        weights={"tracking_far": 0.5},
+        weights={"tracking_far": 1.0},
     ),
     num_envs=512,
     steps=5_500_000,

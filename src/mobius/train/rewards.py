@@ -65,6 +65,10 @@ class Signals:
     """(n, f) sole above the floor [m]."""
     foot_speed: Array
     """(n, f) horizontal [m/s]."""
+    landing_speed: Array
+    """(n, f) vertical, one step before [m/s]."""
+    lifted_early: Array
+    """(n, f) 1 where a contact just ended that lasted less than 0.08 s."""
     foot_tilt: Array
     """(n, f) squared sine of a sole's tilt."""
     fallen: Array
@@ -201,6 +205,16 @@ def swing_height(s: Signals) -> Array:
     return np.mean(miss**2 * (s.swing > 0), axis=1)
 
 
+def impact(s: Signals) -> Array:
+    """Squared vertical speed with which feet land [m^2/s^2]."""
+    return np.sum(s.touchdown * s.landing_speed**2, axis=1)
+
+
+def chatter(s: Signals) -> Array:
+    """Contacts of less than 0.08 s that end."""
+    return np.sum(s.lifted_early, axis=1)
+
+
 def flat_foot(s: Signals) -> Array:
     """Squared sine of the tilt of soles in contact."""
     return np.sum(s.foot_tilt * s.contact, axis=1)
@@ -233,6 +247,8 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         gait,
         swing_height,
         flat_foot,
+        impact,
+        chatter,
     )
 }
 
@@ -244,7 +260,7 @@ WEIGHTS: dict[str, float] = {
     "tracking_yaw": 0.75,
     "vertical_velocity": -1.0,
     "tilt_rate": -0.05,
-    "power": -0.006,
+    "power": -0.007,
     "action_rate": -0.006,
     "stand_still": -0.15,
     "air_time": 0.0,
@@ -264,6 +280,8 @@ WEIGHTS: dict[str, float] = {
     "gait": 0.6,
     "swing_height": -1.2,
     "flat_foot": 0.0,
+    "impact": -2.0,
+    "chatter": -2.0,
 }
 """Default weights of the crawl; a weight of 0 switches a term off."""
 
