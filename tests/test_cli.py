@@ -54,6 +54,13 @@ def test_plan_with_a_horizon(capsys):
         (("eval", "crwl"), "Did you mean 'crawl'"),
         (("eval", "crawl", "trackng"), "Did you mean 'tracking'"),
         (("eval", "crawl", "--seeds", "0"), "--seeds"),
+        (("eval", "crawl", "tracking", "--speed", "0"), "speed factor > 0"),
+        (("eval", "crawl", "push", "--speed", "0.5"), "--speed goes with tracking"),
+        (("eval", "biped", "tracking", "--as-force"), "--as-force goes with push"),
+        (("eval", "crawl", "terrain", "--kind", "slop", "--out", "t"), "Did you mean 'slope'"),
+        (("eval", "crawl", "robustness", "--sweep", "dely"), "Did you mean 'delay'"),
+        (("eval", "crawl", "push", "--policy", "zerro", "--out", "p"), "Did you mean 'zero'"),
+        (("eval", "crawl", "push", "--policy", "lost.onnx"), "no such policy"),
         (("train", "crwl"), "Did you mean 'crawl'"),
         (("train", "crawl", "--preset", "fats"), "Did you mean 'fast'"),
     ],
@@ -68,11 +75,27 @@ def test_a_mistake_is_one_line_and_exit_code_two(capsys, tmp_path, monkeypatch, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_folder_is_not_overwritten(capsys, tmp_path):
+@pytest.mark.parametrize("verb", [("run", "demo"), ("eval", "crawl", "push", "--seeds", "1")])
+def test_a_full_folder_is_not_overwritten(capsys, tmp_path, verb):
     (tmp_path / "precious").write_text("data")
-    code, _, err = run(capsys, "run", "demo", "--out", str(tmp_path))
+    code, _, err = run(capsys, *verb, "--out", str(tmp_path))
     assert code == 2 and "not empty" in err
     assert (tmp_path / "precious").read_text() == "data"
+
+
+def test_eval_prints_one_json_object_and_leaves_a_folder(capsys, tmp_path):
+    """With the random peer, which falls within a second or two."""
+    out = tmp_path / "result"
+    options = ("--policy", "random", "--seeds", "1", "--workers", "1", "--out", str(out))
+    code, printed, _ = run(capsys, "eval", "biped", "terrain", "--kind", "soft", *options, "--json")
+    assert code == 0
+    result = json.loads(printed)
+    assert printed.count("\n") == 1 and set(result["kinds"]) == {"soft"}
+    assert result["falls"] == 1 and result["kinds"]["soft"]["survived"] == 0
+    names = {"terrain.json", "terrain.png", "terrain_kinds.csv", "terrain_runs.csv"}
+    assert {p.name for p in out.iterdir()} == names
+    assert json.loads((out / "terrain.json").read_text()) == result
+    assert [p.name for p in tmp_path.iterdir()] == ["result"]
 
 
 def test_unknown_verb_and_option_stop_with_a_hint(capsys):

@@ -49,6 +49,9 @@ COLLISION_APART = 300
 """Ticks without contact after which a new contact is a new collision."""
 _UP = np.array([0.0, 0.0, 1.0])
 
+Heights = Callable[[Array], Array]
+"""Height of the ground [m] at points (..., 2) [m]."""
+
 Source = Callable[[StateEstimate], ModeCommand]
 """Where commands come from: a follower, a schedule, a joystick."""
 
@@ -198,9 +201,15 @@ class RunRecord:
 class Judge:
     """Watches a simulated run with the truth at hand: falls, collisions, record rows."""
 
-    def __init__(self, robot: Any, *, body: str = "crawl") -> None:
-        """Args: ``robot`` is a SimRobot, or offers what this asks of one."""
-        self.robot, self.body = robot, body_of(body)
+    def __init__(self, robot: Any, *, body: str = "crawl", ground: Heights | None = None) -> None:
+        """Watch ``robot``.
+
+        Args:
+            robot: A SimRobot, or what offers all this asks of one.
+            body: Decides how low and how steep a trunk has fallen.
+            ground: Height of the floor, which the trunk's height is counted from; 0 if not given.
+        """
+        self.robot, self.body, self.ground = robot, body_of(body), ground
         self.samples: list[Sample] = []
         self.truths: list[StateEstimate] = []
         self.measured: list[tuple[Array, Array]] = []
@@ -219,7 +228,8 @@ class Judge:
                 self.collisions += 1
             self._touching_until = sample.tick + COLLISION_APART
         up = float(rotate(quat_conj(truth.q_OB), _UP)[2 if self.body.heading == "crawl" else 0])
-        low = truth.p_OB[2] < self.body.fallen_below
+        floor = 0.0 if self.ground is None else float(self.ground(truth.p_OB[:2]))
+        low = truth.p_OB[2] - floor < self.body.fallen_below
         self.fallen = bool(self.fallen or low or up < 0.6 or self.robot.trunk_grounded())
         self.samples.append(sample)
         self.truths.append(truth)

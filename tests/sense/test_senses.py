@@ -68,3 +68,19 @@ def test_frames_that_run_backwards_are_refused():
     senses.corrupt(frame(5))
     with pytest.raises(InvalidInput, match=r"got 0\.0033 s; make new Senses"):
         senses.corrupt(frame(1))
+
+
+def test_noise_is_scaled_and_can_be_turned_off():
+    exact, usual, loud = (Senses(3, randomised=False, noise=k) for k in (0.0, 1.0, 4.0))
+    assert loud.imu.gyro == 4.0 * usual.imu.gyro and loud.encoder.zero == 4.0 * usual.encoder.zero
+    assert loud.encoder.tick == usual.encoder.tick and loud.wrench.force_range == 500.0
+    assert loud.vio.parameters.drift == 4.0 * usual.vio.parameters.drift
+    assert loud.vio.parameters.latency == usual.vio.parameters.latency
+    said = exact.corrupt(frame(0))
+    np.testing.assert_array_equal(said.gyro_I, frame(0).gyro_I)
+    np.testing.assert_array_equal(said.torque, frame(0).torque)
+
+
+def test_a_negative_noise_is_refused():
+    with pytest.raises(InvalidInput, match=">= 0"):
+        Senses(0, noise=-1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -11,12 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from mobius.errors import InvalidInput
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot as model_robot
+from mobius.robot.ends import LimbEnds
 from mobius.robot.interface import TICK, Simulated
 from mobius.robot.limits import limit_targets
 from mobius.robot.variation import Variation
 from mobius.types import LIMBS, JointCommand, Pose, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
+
+SOLE_REACH = 0.07
+"""Ground within this distance of a sole's middle counts as under it at the start [m]."""
 
 
 def at_or_slice(index: NDArray[np.int64]) -> NDArray[np.int64] | slice:
@@ -40,8 +45,19 @@ class SimRobot(Simulated):
         keyframe: str = "crawl",
         xy: ArrayLike = (0.0, 0.0),
         yaw: float = 0.0,
+        ground: Callable[[Array], Array] | None = None,
     ) -> None:
-        """Args: start ``keyframe`` at ``xy`` [m] with heading ``yaw`` [rad] in the world."""
+        """Start ``keyframe`` at ``xy`` [m] with heading ``yaw`` [rad] in the world.
+
+        Args:
+            model: The scene; the variation changes it in place.
+            variation: How robot and floor differ from the drawing.
+            keyframe: Posture to start in.
+            xy: Trunk [m].
+            yaw: Heading [rad].
+            ground: Height [m] of the floor at points (..., 2) [m]; flat at 0 if not given. The
+                robot starts on the highest place under its soles.
+        """
         if abs(model.opt.timestep - TICK) > 1e-9:
             raise InvalidInput(
                 f"SimRobot expects a physics step of 1/600 s, got {model.opt.timestep:.6f} s;"
@@ -52,13 +68,16 @@ class SimRobot(Simulated):
         self.variation.apply(model)
         self.at = model_robot.addresses(model)
         self.tick = 0
-        self._start(keyframe, np.asarray(xy, dtype=float), yaw)
         name = mujoco.mj_id2name
         names = [name(model, mujoco.mjtObj.mjOBJ_GEOM, i) or "" for i in range(model.ngeom)]
+        self._soles = np.array([i for i, n in enumerate(names) if "_sole" in n], dtype=np.int64)
+        self._start(keyframe, np.asarray(xy, dtype=float), yaw, ground)
         self._obstacle = np.array([n.startswith(("wall_", "shelf_")) for n in names])
         self._has_obstacles, self._hit = bool(self._obstacle.any()), 0.0
         self._ground = np.array([n == "floor" or n.startswith("rough_") for n in names])
         self._trunk = model.body("base_link").id
+        self._ends = LimbEnds(model, np.flatnonzero(self._ground))
+        self._shove, self._shove_ticks, self._shove_as_force = np.zeros(2), 0, False
         contact = [int(model.sensor(f"{limb}_contact").adr[0]) for limb in LIMBS]
         self._contact_at = np.array([[a + 1, a + 2, a + 3] for a in contact])
         gyro, accel = (int(model.sensor(k).adr[0]) for k in ("imu_gyro", "imu_accel"))
@@ -74,7 +93,13 @@ class SimRobot(Simulated):
         self._wrench_at = np.array(wrench)
         self._motors = at_or_slice(self.at.actuator)
 
-    def _start(self, keyframe: str, xy: Array, yaw: float) -> None:
+    def _start(
+        self,
+        keyframe: str,
+        xy: Array,
+        yaw: float,
+        ground: Callable[[Array], Array] | None,
+    ) -> None:
         q, ctrl = model_robot.keyframe_joints(keyframe)
         base = model_robot.keyframe(keyframe)[0][:7]
         lying = keyframe in ("crawl", "home", "prone", "supine")
@@ -86,6 +111,12 @@ class SimRobot(Simulated):
         self.data.ctrl[self.at.actuator] = ctrl
         self._queue: deque[Array] = deque([ctrl.copy()] * self.variation.delay_ticks)
         self._target, self._fresh = ctrl.copy(), False
+        if ground is not None:
+            mujoco.mj_kinematics(self.model, self.data)
+            angle = np.linspace(0, 2 * np.pi, 8, endpoint=False)
+            around = SOLE_REACH * np.column_stack([np.cos(angle), np.sin(angle)])
+            under = self.data.geom_xpos[self._soles, None, :2] + np.vstack([around, [0.0, 0.0]])
+            self.data.qpos[2] += float(ground(under).max())
         mujoco.mj_forward(self.model, self.data)
         self._vio: Pose | None = self._pose()
 
@@ -127,6 +158,8 @@ class SimRobot(Simulated):
         elif self._fresh:
             self.data.ctrl[self._motors] = self._target
             self._fresh = False
+        if self._shove_ticks:
+            self._push_on()
         mujoco.mj_step(self.model, self.data)
         self._imu_sum += self.data.sensordata[self._imu_at]
         self._imu_ticks += 1
@@ -135,6 +168,31 @@ class SimRobot(Simulated):
             self._vio = self._pose()
             if self._has_obstacles and self.data.ncon:
                 self._feel_obstacles()
+
+    # -- disturbance -----------------------------------------------------------------------
+
+    def push(self, dv_xy: ArrayLike, duration: float = 0.1, *, as_force: bool = False) -> None:
+        """Shove the whole robot from the next step on, over ``duration`` [s].
+
+        A free robot would be faster by ``dv_xy`` (2,) [m/s] afterwards. The trunk's velocity,
+        which carries all bodies along, is raised by an equal share at every step: a uniform
+        acceleration of the whole robot, as by a force m dv / duration through its centre of
+        mass, except that its accelerometer does not feel it. With ``as_force`` it does: every
+        body gets the force of its own mass.
+        """
+        ticks = round(duration / TICK)
+        if ticks < 1:
+            raise InvalidInput(f"push: expected a duration >= 1/600 s, got {duration}")
+        self._shove, self._shove_ticks = np.asarray(dv_xy, dtype=float) / ticks, ticks + 1
+        self._shove_as_force = as_force
+
+    def _push_on(self) -> None:
+        self._shove_ticks -= 1
+        share = self._shove * (self._shove_ticks > 0)  # the last call lets go
+        if self._shove_as_force:
+            self.data.xfrc_applied[:, :2] = self.model.body_mass[:, None] * share / TICK
+        else:
+            self.data.qvel[self.at.base_dof : self.at.base_dof + 2] += share
 
     # -- truth, for judges and reports ----------------------------------------------------
 
@@ -164,6 +222,24 @@ class SimRobot(Simulated):
         """(4,) size of the contact force at each limb's end [N], order LIMBS."""
         force = self.data.sensordata[self._contact_at]
         return np.sqrt(np.einsum("ij,ij->i", force, force))
+
+    def sole_contact(self) -> tuple[Array, Array]:
+        """Contact of the limbs' ends with the ground at the last step, order LIMBS.
+
+        Returns:
+            Normal force (4,) [N], summed over a limb's contact points, and sliding speed (4,)
+            [m/s]: how fast the bodies move along the ground at those points, weighted by force.
+            A sphere that rolls does not slide. Both are 0 in the air.
+        """
+        return self._ends.contact(self.data)
+
+    def servo_line(self) -> tuple[Array, Array]:
+        """Stall torque (22,) [N m] of this robot's servos and the slope (22,) [N m s/rad] by
+        which their torque falls with speed.
+        """
+        stall: Array = self.model.actuator_forcerange[self.at.actuator, 1]
+        slope: Array = self.model.dof_damping[self.at.dof]
+        return stall.copy(), slope.copy()
 
     def obstacle_force(self) -> float:
         """Largest normal force [N] against a wall or shelf since last asked, felt at 200 Hz."""

@@ -6,8 +6,9 @@ turns one perfect reading into one real one with ``corrupt``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import sqrt
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,16 @@ from numpy.typing import NDArray
 from mobius.types import NUM_JOINTS
 
 Array = NDArray[np.float64]
+
+_EXACT = ("rng", "tick", "speed_unit", "force_range", "torque_range")
+"""Fields that are no noise: the generator, resolutions and ranges."""
+_Device = TypeVar("_Device", "ImuNoise", "EncoderNoise", "CurrentNoise", "WrenchNoise")
+
+
+def scaled(device: type[_Device], rng: np.random.Generator, factor: float) -> _Device:
+    """A device whose every spread, noise and drift is ``factor`` times the usual one."""
+    usual = {f.name: f.default for f in fields(device) if f.name not in _EXACT}
+    return device(rng, **{name: factor * value for name, value in usual.items()})  # type: ignore[arg-type, operator]
 
 
 @dataclass

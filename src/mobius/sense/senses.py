@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mobius.errors import InvalidInput
-from mobius.sense.noise import CurrentNoise, EncoderNoise, ImuNoise, WrenchNoise
+from mobius.sense.noise import CurrentNoise, EncoderNoise, ImuNoise, WrenchNoise, scaled
 from mobius.sense.vio import VioModel, VioParameters
 from mobius.types import SensorFrame
 
@@ -17,16 +17,20 @@ class Senses:
     """One robot's devices. Two with one seed, fed alike, say the same to the last bit.
 
     ``randomised`` draws the camera's latency, drift and drop-outs per run; without it the
-    camera is the nominal one. The noise is there in both cases.
+    camera is the nominal one. The noise is there in both cases, ``noise`` times as large;
+    resolution, latency and drop-outs stay.
     """
 
-    def __init__(self, seed: int, randomised: bool = True) -> None:
+    def __init__(self, seed: int, randomised: bool = True, *, noise: float = 1.0) -> None:
+        if not noise >= 0.0:
+            raise InvalidInput(f"Senses: expected a noise factor >= 0, got {noise}")
         imu, encoder, current, wrench, camera = np.random.default_rng(seed).spawn(5)
-        self.imu = ImuNoise(imu)
-        self.encoder = EncoderNoise(encoder)
-        self.current = CurrentNoise(current)
-        self.wrench = WrenchNoise(wrench)
-        self.vio = VioModel.randomised(camera) if randomised else VioModel(VioParameters(), camera)
+        self.imu = scaled(ImuNoise, imu, noise)
+        self.encoder = scaled(EncoderNoise, encoder, noise)
+        self.current = scaled(CurrentNoise, current, noise)
+        self.wrench = scaled(WrenchNoise, wrench, noise)
+        parameters = VioParameters.draw(camera) if randomised else VioParameters()
+        self.vio = VioModel(parameters.scaled(noise), camera)
         self._stamp: float | None = None
 
     def corrupt(self, frame: SensorFrame) -> SensorFrame:

@@ -9,7 +9,7 @@ carries a slow noise, sometimes it says nothing for a while, and it comes back e
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, exp, sin, sqrt
 from typing import Self
 
@@ -50,6 +50,24 @@ class VioParameters:
     yaw_jump: float = 0.005
     """And of the heading [rad]."""
 
+    @classmethod
+    def draw(cls, rng: np.random.Generator) -> Self:
+        """A camera as it might come: latency 5-10 ms, its own scale and heading drift."""
+        return cls(
+            latency=float(rng.uniform(0.005, 0.010)),
+            drift=float(rng.uniform(0.007, 0.013)),
+            scale=float(rng.normal(0.0, 0.004)),
+            yaw_drift=float(rng.uniform(0.001, 0.0025)),
+            yaw_rate=float(rng.normal(0.0, 1e-4)),
+            dropout_rate=float(rng.uniform(0.05, 0.15)),
+        )
+
+    def scaled(self, factor: float) -> Self:
+        """The same camera with ``factor`` times its drifts, noise and jumps."""
+        noisy = ("drift", "scale", "yaw_drift", "yaw_rate", "position", "orientation")
+        names = (*noisy, "jump", "yaw_jump")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
+
 
 class VioModel:
     """Turns true trunk poses into what the camera says."""
@@ -65,19 +83,6 @@ class VioModel:
         self._turn: Point = (0.0, 0.0, 0.0)
         self._stamp, self._silent_until, self._lost = 0.0, -np.inf, False
         self._track: deque[tuple[float, Point, Quaternion]] = deque(maxlen=8)
-
-    @classmethod
-    def randomised(cls, rng: np.random.Generator) -> Self:
-        """A camera as it might come: latency 5-10 ms, its own scale and heading drift."""
-        parameters = VioParameters(
-            latency=float(rng.uniform(0.005, 0.010)),
-            drift=float(rng.uniform(0.007, 0.013)),
-            scale=float(rng.normal(0.0, 0.004)),
-            yaw_drift=float(rng.uniform(0.001, 0.0025)),
-            yaw_rate=float(rng.normal(0.0, 1e-4)),
-            dropout_rate=float(rng.uniform(0.05, 0.15)),
-        )
-        return cls(parameters, rng)
 
     def corrupt(self, pose: Pose, stamp: float) -> Pose | None:
         """What the camera says at ``stamp`` [s] while the trunk is at ``pose``, if anything."""

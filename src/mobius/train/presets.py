@@ -209,9 +209,11 @@ _GROWING = CurriculumConfig(command_start=0.4, command_error=0.35, kick_start=0.
 
 _CRAWL = Preset(
     EnvConfig(
-        randomisation=Randomisation(kick_velocity=0.3),
+        command_margin=1.0,
+        sigma_linear=0.08,
+        randomisation=Randomisation(kick_velocity=0.25),
         curriculum=_GROWING,
-        weights={"tracking_far": 1.0},
+        weights={"tracking_linear": 2.5, "tracking_yaw": 1.2, "tracking_far": 1.0, "pose": -0.02},
     ),
     num_envs=512,
     steps=5_500_000,
@@ -241,12 +243,13 @@ _BIPED = Preset(
             "pose": -0.1,
             "stand_still": -0.1,
             "flat_foot": -8.0,
+            "tracking_yaw": 1.5,
         },
     ),
     num_envs=512,
-    steps=7_000_000,
+    steps=6_000_000,
     entropy=0.004,
-    anneal=(3_500_000, 6_000_000),
+    anneal=(3_000_000, 5_000_000),
 )
 
 _ROUGH = {

@@ -1,0 +1,143 @@
+"""Evaluate the shipped policies and write their model cards.
+
+    python benchmarks/policies.py [NAME ...] [--seeds 100] [--what tracking push terrain ...]
+
+NAME is a file of src/mobius/control/policies without its ending; all of them if none is given.
+Figures go to benchmarks/results/NAME.json (what is not evaluated this time stays as it was),
+and from there and from the policy's own metadata to src/mobius/control/policies/NAME.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from mobius.control.policy import load_policy
+from mobius.evaluate import push, robustness, terrain, tracking
+from mobius.files import write_json_atomic, write_text_atomic
+
+HERE = Path(__file__).parent
+POLICIES = HERE.parent / "src" / "mobius" / "control" / "policies"
+RESULTS = HERE / "results"
+PAPER_SPEED = {"crawl": 0.4 / 0.7, "biped": 0.1 / 0.25}
+"""The paper's forward speed as a share of ours."""
+
+
+def evaluate(name: str, what: list[str], seeds: int) -> dict[str, Any]:
+    """The chosen evaluations of one policy; plain values without the single runs."""
+    path = POLICIES / f"{name}.onnx"
+    body = load_policy(path).body.mode.value
+    jobs = {
+        "tracking": lambda: tracking(body, seeds=seeds, policy=path),
+        "paper_speed": lambda: tracking(body, seeds=seeds, policy=path, speed=PAPER_SPEED[body]),
+        "push": lambda: push(body, seeds=seeds, policy=path),
+        "terrain": lambda: terrain(body, seeds=seeds, policy=path),
+        "robustness": lambda: robustness(body, seeds=max(seeds // 5, 1), policy=path),
+    }
+    out: dict[str, Any] = {}
+    for key in what:
+        print(f"{name}: {key}, {seeds} seeds", flush=True)
+        result = jobs[key]().as_json()
+        result.pop("runs", None)
+        out[key] = result
+        print(json.dumps(result)[:2000], flush=True)
+    return out
+
+
+def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
+    """The model card as Markdown."""
+    curve = meta.get("curve", {})
+    lines = [
+        f"# {name}.onnx",
+        "",
+        f"Body `{meta['body']}`, preset `{meta['preset']}`, seed {meta['seed']},"
+        f" {meta['steps'] / 1e6:.1f} M environment steps, exported at commit"
+        f" `{str(meta.get('git', meta.get('commit', '?')))[:10]}`.",
+        f"Sees {meta['frame']} frames x {meta['history']}"
+        + (" and a gait clock" if meta["clock"] else "")
+        + f"; moves {len(meta['joints'])} joints at 60 Hz by Eq. (2).",
+        "",
+        "## Figures",
+        "",
+        "In the whole stack: full collision geometry, physics at 1/600 s, friction, mass, servos,",
+        "delay and sensors drawn from the seed, the estimator's belief, judged on the truth.",
+        "`python benchmarks/policies.py` prints them.",
+        "",
+    ]
+    del curve
+    for key in ("tracking", "paper_speed"):
+        if key in figures:
+            lines += _tracking_lines(key, figures[key])
+    if "push" in figures:
+        p = figures["push"]
+        head = " | ".join(f"{m:.1f}" for m in p["magnitudes_mps"])
+        lines += [f"| shoved [m/s] | {head} |", "|---" * (len(p["magnitudes_mps"]) + 1) + "|"]
+        for state, survival in p["survival"].items():
+            lines.append(f"| {state} | " + " | ".join(f"{s:.0%}" for s in survival) + " |")
+        lines.append("")
+    if "terrain" in figures:
+        lines += ["| ground | no fall in 20 s | way [m] |", "|---|---|---|"]
+        for kind, t in figures["terrain"]["kinds"].items():
+            lines.append(f"| {kind} | {t['survived']} of {t['episodes']} | {t['distance_m']:.1f} |")
+        lines.append("")
+    lines += [
+        "## Limits",
+        "",
+        "Simulation only. Not trained on stairs, on ground that moves, or with a load in the",
+        "grippers. The gait clock is ours, not the paper's." if meta["clock"] else "grippers.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _tracking_lines(key: str, t: dict[str, Any]) -> list[str]:
+    title = "full range" if key == "tracking" else "the paper's speed"
+    m = t["mae"]
+    return [
+        f"Tracking, {title}, {t['episodes']} x 20 s: mean abs. error {m['vx']:.3f},"
+        f" {m['vy']:.3f} m/s, {m['wz']:.3f} rad/s; {t['falls']} falls; power {t['power_W']:.0f} W; saturated"
+        f" {t['saturation']:.1%}; slip {t['slip_fraction']:.1%}; chatter"
+        f" {t['chatter_fraction']:.1%}; fastest joint {t['max_dq_rpm']:.0f} rpm.",
+        "",
+        "| command | target | mean | error | power [W] | falls |",
+        "|---|---|---|---|---|---|",
+        *(
+            f"| {name} | {_row(c['target'])} | {_row(c['mean'])} | {_row(c['mae'])} |"
+            f" {_value(c['power_W'])} | {c['falls']} |"
+            for name, c in t["commands"].items()
+        ),
+        "",
+    ]
+
+
+def _row(values: list[float] | None) -> str:
+    return "-" if values is None else ", ".join(f"{v:.3f}" for v in values)
+
+
+def _value(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"
+
+
+def main() -> None:
+    """Evaluate and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument(
+        "--what", nargs="*", default=["tracking", "paper_speed", "push", "terrain", "robustness"]
+    )
+    args = parser.parse_args()
+    RESULTS.mkdir(exist_ok=True)
+    for name in args.names or sorted(p.stem for p in POLICIES.glob("*.onnx")):
+        file = RESULTS / f"{name}.json"
+        figures = json.loads(file.read_text()) if file.exists() else {}
+        figures.update(evaluate(name, args.what, args.seeds))
+        write_json_atomic(file, figures)
+        meta = load_policy(POLICIES / f"{name}.onnx").metadata
+        write_text_atomic(POLICIES / f"{name}.md", build_card(name, meta, figures))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""``mobius``: one command for everything. Each verb imports what it needs when it runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import tyro
+
+from mobius.cli.drive import Demo, Run
+from mobius.cli.evaluate import Eval
+from mobius.cli.machine import Bench, Doctor
+from mobius.cli.plan import PlanVerb
+from mobius.cli.train import Train
+from mobius.errors import MobiusError, UnknownName
+
+VERBS: dict[str, Callable[..., Any]] = {
+    "demo": Demo,
+    "run": Run,
+    "plan": PlanVerb,
+    "train": Train,
+    "eval": Eval,
+    "bench": Bench,
+    "doctor": Doctor,
+}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    args = sys.argv[1:] if argv is None else argv
+    try:
+        if args and not args[0].startswith("-") and args[0] not in VERBS:
+            raise UnknownName("verb", args[0], VERBS)
+        verb = tyro.extras.subcommand_cli_from_dict(
+            VERBS,
+            prog="mobius",
+            description="The software stack of a robot that walks, crawls, rolls and climbs.",
+            args=args,
+        )
+        return int(verb())
+    except MobiusError as error:
+        print(f"mobius: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("mobius: stopped by the user; no half-written folder was left", file=sys.stderr)
+        return 130
+
+
+def entry() -> None:
+    """Console script."""
+    sys.exit(main())

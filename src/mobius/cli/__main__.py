@@ -1,0 +1,6 @@
+"""``python -m mobius.cli``."""
+
+from mobius.cli import entry
+
+if __name__ == "__main__":
+    entry()

@@ -1,0 +1,95 @@
+"""``mobius demo`` and ``mobius run``: over a map from start to goal."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from tyro.conf import Positional
+
+from mobius.cli.common import XY, Bar, at_least
+
+
+@dataclass
+class Demo:
+    """Watch the robot crawl across the shipped two-room map; leaves report, video and log."""
+
+    out: Path = Path("runs/demo")
+    """Folder for the results; new, empty, or an older run, which is replaced."""
+    seed: int = 0
+    """Seed of friction, mass, delay and sensor drift; any whole number >= 0."""
+    video: bool = True
+    """Render video.mp4 (needs OpenGL; --no-video skips it)."""
+
+    def __call__(self) -> int:
+        """Drive the demo map."""
+        return Run("demo", out=self.out, seed=self.seed, video=self.video).carry_out(replace=True)
+
+
+@dataclass
+class Run:
+    """Plan a way over a map and drive it in physics; leaves report, video and log."""
+
+    map: Positional[str]
+    """A Nav2 map.yaml, a MovingAI .map, or the name of a shipped map (demo, arena)."""
+    start: XY | None = None
+    """Where the robot starts: x y [m] in the map frame; the map's own if left out."""
+    goal: XY | None = None
+    """Where it shall go: x y [m] in the map frame; the map's own if left out."""
+    modes: tuple[str, ...] = ("crawl",)
+    """Body modes the plan may use; so far: crawl."""
+    seed: int = 0
+    """Seed of friction, mass, delay and sensor drift; any whole number >= 0."""
+    out: Path | None = None
+    """Folder for the results, new or empty; runs/MAP_seedN if left out."""
+    video: bool = True
+    """Render video.mp4 (needs OpenGL; --no-video skips it)."""
+    randomised: bool = True
+    """Draw robot, floor and sensors from the seed; --no-randomised runs the drawing itself."""
+    policy: Path | None = None
+    """ONNX policy to walk with; the shipped one if left out."""
+
+    def __call__(self) -> int:
+        """Run the mission into a new folder."""
+        return self.carry_out(replace=False)
+
+    def carry_out(self, *, replace: bool) -> int:
+        """Run the mission and say where the files are."""
+        from mobius import mission
+        from mobius.headless import import_mujoco
+
+        at_least("--seed", self.seed, 0)
+        import_mujoco()
+        out = self.out or Path("runs") / f"{Path(self.map).stem}_seed{self.seed}"
+        with Bar() as bar:
+            outcome = mission.run(
+                self.map,
+                out,
+                start=self.start,
+                goal=self.goal,
+                modes=self.modes,
+                seed=self.seed,
+                randomised=self.randomised,
+                video=self.video,
+                policy=self.policy,
+                replace=replace,
+                progress=bar,
+            )
+        s = outcome.summary
+        verdict = "reached the goal" if s["goal_reached"] else "did NOT reach the goal"
+        print(
+            f"{verdict}: {s['final_distance_m']:.2f} m from it after {s['path_length_m']:.1f} m in"
+            f" {s['sim_time_s']:.1f} s, {s['falls']} falls, {s['collisions']} collisions,"
+            f" {s['energy_J']:.0f} J, {s['real_time_factor']:.1f} x real time"
+        )
+        print(
+            f"plan {s['plan']['status']} (objective {s['plan']['objective']:g}, bound"
+            f" {s['plan']['bound']:g}, {s['plan']['solve_ms']:.1f} ms)"
+        )
+        for name in ("report.html", "video.mp4", "run.mcap", "summary.json", "plan.json"):
+            if name in outcome.files:
+                print(f"{name:13s} {outcome.files[name]}")
+        for note in outcome.notes:
+            print(note, file=sys.stderr)
+        return 0 if s["goal_reached"] else 1
