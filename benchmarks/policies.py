@@ -97,9 +97,10 @@ def _tracking_lines(key: str, t: dict[str, Any]) -> list[str]:
     m = t["mae"]
     return [
         f"Tracking, {title}, {t['episodes']} x 20 s: mean abs. error {m['vx']:.3f},"
-        f" {m['vy']:.3f} m/s, {m['wz']:.3f} rad/s; {t['falls']} falls; power {t['power_W']:.0f} W; saturated"
-        f" {t['saturation']:.1%}; slip {t['slip_fraction']:.1%}; chatter"
-        f" {t['chatter_fraction']:.1%}; fastest joint {t['max_dq_rpm']:.0f} rpm.",
+        f" {m['vy']:.3f} m/s, {m['wz']:.3f} rad/s; {t['falls']} falls; power"
+        f" {t['power_W']:.0f} W; saturated {t['saturation']:.1%}; slip"
+        f" {t['slip_fraction']:.1%}; chatter {t['chatter_fraction']:.1%}; fastest joint"
+        f" {t['max_dq_rpm']:.0f} rpm.",
         "",
         "| command | target | mean | error | power [W] | falls |",
         "|---|---|---|---|---|---|",

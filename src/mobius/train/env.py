@@ -39,6 +39,7 @@ _ROBOTS = (
     "foot_height",
     "air",
     "foot_vz",
+    "foot_vxy",
     "down",
     "action_1",
     "action_2",
@@ -142,6 +143,7 @@ class LocomotionEnv:
         self.foot_height = np.zeros((n, f))
         self.air = np.zeros((n, f))
         self.foot_vz = np.zeros((n, f))
+        self.foot_vxy = np.zeros((n, f))
         self.down = np.zeros((n, f))
         self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
         self.frames = np.zeros((n, 1 + self.cfg.randomisation.delay_steps, self.layout.frame_size))
@@ -186,6 +188,7 @@ class LocomotionEnv:
             self.velocity,
             self.air,
             self.foot_vz,
+            self.foot_vxy,
             self.down,
             self.action_1,
             self.action_2,
@@ -286,7 +289,10 @@ class LocomotionEnv:
         contact = self.sim.contact
         touchdown = contact * (self.air > 0)
         early = (1.0 - contact) * (self.down > 0) * (self.down < 0.08)
-        landing, self.foot_vz = self.foot_vz, self.sim.foot_velocity[:, :, 2]
+        foot_velocity = self.sim.foot_velocity
+        foot_speed = np.linalg.norm(foot_velocity[:, :, :2], axis=2)
+        landing, self.foot_vz = self.foot_vz, foot_velocity[:, :, 2]
+        drag, self.foot_vxy = self.foot_vxy, foot_speed
         air = self.air + POLICY_DT
         self.air = np.where(contact > 0, 0.0, air)
         self.down = np.where(contact > 0, self.down + POLICY_DT, 0.0)
@@ -321,8 +327,9 @@ class LocomotionEnv:
             air_time=air,
             contact_time=self.down,
             foot_height=self.foot_height,
-            foot_speed=np.linalg.norm(self.sim.foot_velocity[:, :, :2], axis=2),
+            foot_speed=foot_speed,
             landing_speed=landing,
+            landing_drag=drag,
             lifted_early=early,
             foot_tilt=self.sim.foot_tilt,
             fallen=fallen.astype(float),

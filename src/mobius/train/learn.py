@@ -1,7 +1,8 @@
-"""Train a policy: PPO of rsl_rl on the vectorised environment, resumable, logged.
+"""Train a policy: PPO of rsl_rl on the vectorised environment, exactly resumable, logged.
 
 A run folder holds ``config.json``, ``progress.jsonl`` (a line an iteration), TensorBoard
-events, ``checkpoint.pt`` (the newest, replaced atomically) and at the end ``policy.onnx``.
+events, ``checkpoint.safetensors`` (the newest, replaced atomically), ``nan/`` if a number
+stopped being finite, and at the end ``policy.onnx``.
 """
 
 from __future__ import annotations
@@ -9,37 +10,43 @@ from __future__ import annotations
 import json
 import math
 import os
-import random
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from rsl_rl.algorithms import PPO
-from torch.utils.tensorboard import SummaryWriter
 
 from mobius.errors import InvalidInput
-from mobius.files import write_json_atomic, write_text_atomic
-from mobius.train.env import LocomotionEnv
-from mobius.train.equivariant import EquivariantActor
+from mobius.files import write_json_atomic
+from mobius.train.checkpoint import read_tree, write_tree
+from mobius.train.config import as_plain, gait_as_plain
+from mobius.train.guard import Guard
+from mobius.train.ppo import build_learner
 from mobius.train.presets import Preset
+from mobius.train.runlog import RunLog
+from mobius.train.snapshot import (
+    Tree,
+    learner_state,
+    load_learner,
+    load_networks,
+    load_random_state,
+    policy_hash,
+    random_state,
+    seed_everything,
+)
 from mobius.train.vec import RslVecEnv
+from mobius.train.watch import NotFinite, WatchedEnv
 
 Progress = Callable[[dict[str, float]], None]
+CHECKPOINT = "checkpoint.safetensors"
 SAVE_EVERY = 25
 """Iterations between checkpoints."""
-
-
-def build_learner(preset: Preset, vec: RslVecEnv) -> PPO:
-    """rsl_rl's PPO for the preset; seeds nothing."""
-    cfg = preset.runner(actor_class="MLPModel")
-    if preset.symmetric:
-        cfg["actor"]["class_name"] = EquivariantActor.configure(vec.env.layout, preset.env.body)
-    cfg["multi_gpu"] = None
-    return PPO.construct_algorithm(vec.get_observations(), vec, cfg, "cpu")
+LEARNER_THREADS = 2
+"""Threads of torch, whatever the physics takes. Sums depend on how many threads share them, so
+a fixed number makes the weights a function of preset and seed alone."""
 
 
 def anneal(preset: Preset, learner: PPO, steps: int) -> None:
@@ -54,13 +61,6 @@ def anneal(preset: Preset, learner: PPO, steps: int) -> None:
         learner.get_policy().distribution.log_std_param.clamp_(max=math.log(most))
 
 
-def seed_everything(seed: int) -> None:
-    """rsl_rl seeds nothing itself."""
-    random.seed(seed)
-    np.random.seed(seed)  # noqa: NPY002  rsl_rl may use the global generator
-    torch.manual_seed(seed)
-
-
 def train(
     preset: Preset,
     out: Path,
@@ -68,129 +68,194 @@ def train(
     seed: int = 0,
     threads: int = 0,
     resume: bool = False,
+    init: Path | None = None,
+    learner_threads: int = LEARNER_THREADS,
+    save_every: int = SAVE_EVERY,
     progress: Progress | None = None,
 ) -> Path:
     """Train until ``preset.steps`` environment steps; returns the checkpoint's path.
+
+    The weights depend on preset, seed, ``init`` and ``learner_threads``, bit for bit on one
+    machine; not on ``threads``, and not on how often the run was stopped and resumed.
 
     Args:
         preset: Environment, learner and budget.
         out: Run folder; must not hold a run unless ``resume``.
         seed: Seeds environment, network and sampling.
-        threads: CPU threads of physics and learner; 0 takes all.
-        resume: Continue the run in ``out``.
+        threads: CPU threads of the physics; 0 takes all.
+        resume: Continue the run in ``out`` exactly where its checkpoint was.
+        init: Run folder to take actor, critic and normalisers from, not optimiser or counters.
+        learner_threads: CPU threads of the learner.
+        save_every: Iterations between checkpoints.
         progress: Called after every iteration with its figures.
 
     Raises:
         InvalidInput: ``out`` holds a run already, or there is none to resume.
+        TrainingStopped: a number is not finite; a dump was left in ``out/nan``.
     """
-    checkpoint = out / "checkpoint.pt"
-    if checkpoint.exists() and not resume:
+    _demand_room(out, resume)
+    torch.set_num_threads(learner_threads)
+    gait = gait_as_plain(preset.env.body)
+    wanted = {"seed": seed, "learner_threads": learner_threads, "gait": gait, **as_plain(preset)}
+    before = _read_run(out, wanted) if resume else None
+    seed_everything(seed)
+    threads = threads or len(os.sched_getaffinity(0))
+    vec = RslVecEnv(WatchedEnv(preset.env, preset.num_envs, seed=seed, nthread=threads))
+    run = _Run(preset, vec, build_learner(preset, vec), out)
+    if before is not None:
+        run.load(before)
+    else:
+        run.begin(init)
+    out.mkdir(parents=True, exist_ok=True)
+    for half in out.glob(f".{CHECKPOINT}.*.tmp"):  # killed while saving
+        half.unlink()
+    write_json_atomic(out / "config.json", wanted)
+    with RunLog(out, steps=run.steps, batch=run.batch) as log:
+        if not resume:
+            run.save()
+        while run.steps < preset.steps:
+            figures = run.iterate()
+            log.add(figures)
+            if progress is not None:
+                progress(figures)
+            if (run.steps // run.batch) % save_every == 0 or run.steps >= preset.steps:
+                log.sync()
+                run.save()
+    return out / CHECKPOINT
+
+
+class _Run:
+    """Where a run is, how it goes on, and how to store that."""
+
+    def __init__(self, preset: Preset, vec: RslVecEnv, learner: PPO, out: Path) -> None:
+        self.preset, self.vec, self.learner, self.out = preset, vec, learner, out
+        self.guard = Guard(preset, vec, learner, out / "nan")
+        self.batch = preset.horizon * preset.num_envs
+        self.steps, self.elapsed = 0, 0.0
+        self.init: Tree | None = None
+        learner.train_mode()
+
+    def iterate(self) -> dict[str, float]:
+        """One iteration; its figures."""
+        start = time.perf_counter()
+        anneal(self.preset, self.learner, self.steps)
+        figures = iterate(self.vec, self.learner, self.preset.horizon, self.guard, self.steps)
+        took = time.perf_counter() - start
+        self.steps += self.batch
+        self.elapsed += took
+        return {
+            **figures,
+            "iteration": self.steps // self.batch,
+            "steps": self.steps,
+            "wall_s": self.elapsed,
+            "steps_per_s": self.batch / took,
+            "learning_rate": self.learner.learning_rate,
+        }
+
+    def begin(self, init: Path | None) -> None:
+        """Episodes of mixed age; weights of another run where one is named."""
+        env = self.vec.env
+        env.steps[:] = env.rng.integers(0, env.max_steps, env.n)
+        if init is not None:
+            other = load_checkpoint(init)
+            load_networks(self.learner, other["learner"])
+            self.init = {
+                "policy": policy_hash(self.learner),
+                "steps": other["steps"],
+                "wall_s": other["elapsed"],
+                "init": other["init"],
+            }
+
+    def save(self) -> None:
+        """Replace the checkpoint atomically."""
+        tree = {
+            "steps": self.steps,
+            "elapsed": self.elapsed,
+            "policy": policy_hash(self.learner),
+            "init": self.init,
+            "learner": learner_state(self.learner),
+            "random": random_state(),
+            "env": self.vec.env.state(),
+        }
+        write_tree(self.out / CHECKPOINT, tree)
+
+    def load(self, tree: Tree) -> None:
+        """Go on from :meth:`save`."""
+        self.steps, self.elapsed = int(tree["steps"]), float(tree["elapsed"])
+        self.init = tree["init"]
+        load_learner(self.learner, tree["learner"])
+        self.vec.env.load_state(tree["env"])
+        load_random_state(tree["random"])
+
+
+def load_checkpoint(run: Path) -> Tree:
+    """The checkpoint of a run folder. Raises :class:`InvalidInput` if there is none."""
+    path = run / CHECKPOINT
+    if not path.is_file():
+        raise InvalidInput(f"{run} holds no {CHECKPOINT}; type 'mobius train' first")
+    return read_tree(path)
+
+
+def _demand_room(out: Path, resume: bool) -> None:
+    exists = (out / CHECKPOINT).exists()
+    if exists and not resume:
         raise InvalidInput(
             f"{out} holds a training run already. Type --resume to continue it, or choose"
             " another --out"
         )
-    if resume and not checkpoint.exists():
-        raise InvalidInput(f"{out} holds no checkpoint.pt to resume; leave --resume away")
-    threads = threads or len(os.sched_getaffinity(0))
-    torch.set_num_threads(threads)
-    seed_everything(seed)
-    vec = RslVecEnv(LocomotionEnv(preset.env, preset.num_envs, seed=seed, nthread=threads))
-    learner = build_learner(preset, vec)
-    out.mkdir(parents=True, exist_ok=True)
-    done_steps, elapsed = 0, 0.0
-    wanted = {"seed": seed, **asdict(preset)}
-    if resume:
-        _same_run(out / "config.json", wanted)
-        done_steps, elapsed = _load(checkpoint, learner)
-        seed_everything(seed + done_steps)  # not the stream of the first part again
-        vec.env.reseed(seed + done_steps)
-    else:
-        vec.episode_length_buf = torch.from_numpy(
-            vec.env.rng.integers(0, vec.env.max_steps, vec.num_envs)
-        )
-        write_json_atomic(out / "config.json", wanted)
-    writer = SummaryWriter(str(out), purge_step=done_steps or None)
-    batch = preset.horizon * preset.num_envs
-    learner.train_mode()
-    lines_path = out / "progress.jsonl"
-    kept = [] if not resume else lines_path.read_text().splitlines(keepends=True)
-    kept = [line for line in kept if json.loads(line)["steps"] <= done_steps]
-    write_text_atomic(lines_path, "".join(kept))
-    with lines_path.open("a") as lines:
-        iteration = done_steps // batch
-        while done_steps < preset.steps:
-            start = time.perf_counter()
-            anneal(preset, learner, done_steps)
-            figures = _iterate(vec, learner, preset.horizon)
-            done_steps += batch
-            iteration += 1
-            elapsed += time.perf_counter() - start
-            figures.update(
-                iteration=iteration,
-                steps=done_steps,
-                wall_s=elapsed,
-                steps_per_s=batch / (time.perf_counter() - start),
-                learning_rate=learner.learning_rate,
-            )
-            lines.write(json.dumps({k: round(v, 6) for k, v in figures.items()}) + "\n")
-            lines.flush()
-            for key, value in figures.items():
-                writer.add_scalar(key, value, done_steps)
-            if progress is not None:
-                progress(figures)
-            if iteration % SAVE_EVERY == 0 or done_steps >= preset.steps:
-                _save(checkpoint, learner, done_steps, elapsed)
-    writer.close()
-    return checkpoint
+    if resume and not exists:
+        raise InvalidInput(f"{out} holds no {CHECKPOINT} to resume; leave --resume away")
 
 
-def _same_run(config: Path, wanted: dict[str, Any]) -> None:
-    """Refuse to resume a run that was begun otherwise; only the budget may change."""
-    begun = json.loads(config.read_text())
-    wanted = json.loads(json.dumps(wanted))
+def read_config(run: Path) -> dict[str, Any]:
+    """Seed, learner threads, gait and preset of a run folder. Raises :class:`InvalidInput`."""
+    path = run / "config.json"
+    if not path.is_file():
+        raise InvalidInput(f"{path}: no such file; without it nobody knows what the run was")
+    config: dict[str, Any] = json.loads(path.read_text())
+    return config
+
+
+def _read_run(out: Path, wanted: dict[str, Any]) -> Tree:
+    """The checkpoint of a run that was begun as ``wanted``; only the budget may change."""
+    begun = read_config(out)
     other = sorted(k for k in wanted if k != "steps" and begun.get(k) != wanted[k])
     if other:
         raise InvalidInput(
-            f"{config.parent} was begun with another {', '.join(other)}; resume with the same"
-            " body, preset and seed, or choose another --out"
+            f"{out} was begun with another {', '.join(other)}; resume with the same body, preset"
+            " and seed, or choose another --out"
         )
+    return load_checkpoint(out)
 
 
-def _iterate(vec: RslVecEnv, learner: PPO, horizon: int) -> dict[str, float]:
-    """One rollout and one update; means of the rollout's log."""
+def iterate(
+    vec: RslVecEnv, learner: PPO, horizon: int, guard: Guard, steps: int
+) -> dict[str, float]:
+    """One rollout of ``horizon`` policy steps and one update; means of the rollout's log.
+
+    Raises:
+        TrainingStopped: a number is not finite; ``steps`` names the dump.
+    """
     logs: list[dict[str, float]] = []
     reward = 0.0
+    guard.before_rollout()
     with torch.inference_mode():
         obs = vec.get_observations()
         for _ in range(horizon):
-            obs, rewards, dones, extras = vec.step(learner.act(obs))
-            if not bool(torch.isfinite(rewards).all() and torch.isfinite(obs["policy"]).all()):
-                raise FloatingPointError("the simulation produced a number that is not finite")
+            try:
+                obs, rewards, dones, extras = vec.step(learner.act(obs))
+            except NotFinite as error:
+                guard.physics(error, steps)
+                raise
             learner.process_env_step(obs, rewards, dones, extras)
             logs.append(extras["log"])
             reward += float(rewards.mean()) / horizon
         learner.compute_returns(obs)
+    guard.before_update()
     losses = learner.update()
+    guard.after_update(losses, steps)
     figures = {k.strip("/"): float(np.mean([log[k] for log in logs])) for k in logs[0]}
     figures["reward"] = reward
     figures["action_std"] = float(learner.get_policy().output_std.detach().mean())
     figures.update({f"loss/{k}": float(v) for k, v in losses.items()})
     return figures
-
-
-def _save(path: Path, learner: PPO, steps: int, elapsed: float) -> None:
-    """Replace the checkpoint atomically."""
-    state: dict[str, Any] = learner.save()
-    state.update(steps=steps, elapsed=elapsed, learning_rate=learner.learning_rate)
-    temporary = path.with_suffix(".tmp")
-    torch.save(state, temporary)
-    os.replace(temporary, path)
-
-
-def _load(path: Path, learner: PPO) -> tuple[int, float]:
-    state = torch.load(path, weights_only=True)
-    learner.load(state, None, True)
-    learner.learning_rate = state["learning_rate"]
-    for group in learner.optimizer.param_groups:
-        group["lr"] = state["learning_rate"]
-    return int(state["steps"]), float(state["elapsed"])

@@ -148,6 +148,9 @@ class Preset:
     anneal: tuple[int, int] | None = None
     """Steps between which entropy bonus and the largest action noise shrink: exploration that
     stays makes the deterministic policy overshoot its commands."""
+    late: tuple[int, dict[str, float]] | None = None
+    """Steps from which these weights replace the earlier ones: how it walks is polished once
+    it walks."""
     init_std: float = 0.6
     final_std: float = 0.2
     """Largest action noise after ``anneal``."""
@@ -218,6 +221,17 @@ _CRAWL = Preset(
     num_envs=512,
     steps=5_500_000,
     anneal=(3_000_000, 5_000_000),
+    late=(
+        3_379_200,
+        {
+            "tracking_linear": 3.5,
+            "tracking_far": 1.5,
+            "power": -0.012,
+            "chatter": -4.0,
+            "landing": -3.0,
+            "creep": -0.5,
+        },
+    ),
 )
 
 _BIPED = Preset(
@@ -250,6 +264,7 @@ _BIPED = Preset(
     steps=6_000_000,
     entropy=0.004,
     anneal=(3_000_000, 5_000_000),
+    late=(4_300_800, {"creep": -1.5, "landing": -1.0, "tracking_yaw": 2.0}),
 )
 
 _ROUGH = {

@@ -67,6 +67,8 @@ class Signals:
     """(n, f) horizontal [m/s]."""
     landing_speed: Array
     """(n, f) vertical, one step before [m/s]."""
+    landing_drag: Array
+    """(n, f) horizontal speed, one step before [m/s]."""
     lifted_early: Array
     """(n, f) 1 where a contact just ended that lasted less than 0.08 s."""
     foot_tilt: Array
@@ -210,6 +212,18 @@ def impact(s: Signals) -> Array:
     return np.sum(s.touchdown * s.landing_speed**2, axis=1)
 
 
+def landing(s: Signals) -> Array:
+    """Squared horizontal speed with which feet land [m^2/s^2]: a foot that does not meet the
+    ground at the ground's speed drags and rattles.
+    """
+    return np.sum(s.touchdown * s.landing_drag**2, axis=1)
+
+
+def creep(s: Signals) -> Array:
+    """Speed of feet in contact [m/s]; unlike ``slip`` it does not forgive what is slow."""
+    return np.sum(s.foot_speed * s.contact, axis=1)
+
+
 def chatter(s: Signals) -> Array:
     """Contacts of less than 0.08 s that end."""
     return np.sum(s.lifted_early, axis=1)
@@ -248,6 +262,8 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         swing_height,
         flat_foot,
         impact,
+        landing,
+        creep,
         chatter,
     )
 }
@@ -282,6 +298,8 @@ WEIGHTS: dict[str, float] = {
     "flat_foot": 0.0,
     "impact": -2.0,
     "chatter": -2.0,
+    "landing": 0.0,
+    "creep": 0.0,
 }
 """Default weights of the crawl; a weight of 0 switches a term off."""
 
