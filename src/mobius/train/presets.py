@@ -275,12 +275,15 @@ _ROUGH = {
 
 def _rough(flat: Preset, name: str, steps: int) -> Preset:
     """Go on from a flat policy on uneven ground."""
+    late = flat.late[1] if flat.late else {}
     env = replace(
         flat.env,
         terrain=_ROUGH[flat.env.body],
         curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
+        weights={**flat.env.weights, **late},
     )
-    return replace(flat, env=env, steps=steps, warm=name, anneal=(0, steps * 3 // 4))
+    anneal = None if flat.anneal is None else (0, steps * 3 // 4)
+    return replace(flat, env=env, steps=steps, warm=name, late=None, anneal=anneal)
 
 
 def _paper(fast: Preset) -> Preset:
@@ -363,7 +366,7 @@ def _presets() -> dict[tuple[str, str], Preset]:
     presets: dict[tuple[str, str], Preset] = {}
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
         presets[body, "fast"] = fast
-        presets[body, "fast-rough"] = _rough(fast, "fast", 2_500_000)
+        presets[body, "fast-rough"] = _rough(fast, "fast", 1_500_000)
         presets[body, "paper"] = paper = _paper(fast)
         presets[body, "paper-rough"] = _rough(paper, "paper", TABLE_I.steps_rough)
         presets[body, "smoke"] = replace(fast, num_envs=32, steps=32 * 24 * 4)
