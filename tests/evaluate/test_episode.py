@@ -16,10 +16,14 @@ def build_episode(readings, true, want, *, hold_s=4.0, fallen=False) -> Episode:
     return Episode(segments, hold_s, fallen, rows, readings(np.ones((2, 2))), 0.0)
 
 
-def test_half_second_means_take_a_stride_out_of_the_error(readings):
+STRIDE = 38 / 60
+"""The window in whole samples [s]."""
+
+
+def test_means_over_a_stride_take_the_sway_out_of_the_error(readings):
     t = np.arange(480) / 60
     want = np.tile([0.2, 0.0, 0.0], (480, 1))
-    true = want + 0.05 * np.sin(2 * np.pi * t / 0.5)[:, None] * [0.0, 1.0, 0.0]
+    true = want + 0.05 * np.sin(2 * np.pi * t / STRIDE)[:, None] * [0.0, 1.0, 0.0]
     true[:, 0] += 0.01
     episode = build_episode(readings, true, want)
     assert episode.error() == pytest.approx([0.01, 0.0, 0.0], abs=1e-12)
@@ -64,10 +68,10 @@ def test_commands_follow_the_schedule_and_the_seed_repeats_to_the_last_bit():
 
 
 def test_the_way_over_the_floor_leaves_the_sway_out(readings):
-    n = 181
+    n = 5 * 38 + 1
     p = np.zeros((n, 3))
     p[:, 0] = np.linspace(0.0, 0.3, n)
-    p[:, 1] = 0.02 * np.sin(2 * np.pi * np.arange(n) / 30)
+    p[:, 1] = 0.02 * np.sin(2 * np.pi * np.arange(n) / 38)
     episode = build_episode(readings, np.zeros((n, 3)), np.zeros((n, 3)))
     episode.rows["true_p"] = p
     assert episode.distance() == pytest.approx(0.3)

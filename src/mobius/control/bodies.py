@@ -82,7 +82,7 @@ BODIES: dict[str, Body] = {
         joints=_biped_joints(),
         heading="biped",
         feet=("left_leg", "right_leg"),
-        gait=Gait(period=0.64, offsets=(0.0, 0.5), swing=(0.08, 0.42), height=0.03, unrest=0.15),
+        gait=Gait(period=0.64, offsets=(0.0, 0.5), swing=(0.08, 0.42), height=0.03, unrest=0.22),
         fallen_below=0.33,
         command_low=(-0.25, -0.15, -0.5),
         command_high=(0.25, 0.15, 0.5),

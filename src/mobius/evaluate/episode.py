@@ -30,8 +30,9 @@ HOLD_S = 4.0
 """Each command is held this long [s]."""
 SETTLE_S = 1.0
 """After a new command nothing is counted for this long [s]."""
-WINDOW_S = 0.5
-"""Velocities are averaged over this long before they are compared: about one stride [s]."""
+WINDOW_S = 0.64
+"""Velocities are averaged over this long before they are compared: a stride of the biped and a
+slow one of the crawl. A window that is no stride would count part of the sway as error [s]."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Episode:
 
     @cached_property
     def smooth(self) -> Array:
-        """(n, 3) true vx, vy [m/s], wz [rad/s], running means over half a second."""
+        """(n, 3) true vx, vy [m/s], wz [rad/s], running means over a stride."""
         width = round(WINDOW_S / (ACT_EVERY * TICK))
         kernel, true = np.ones(width) / width, self.rows["true_twist_H"]
         ahead = (width - 1) // 2
@@ -117,7 +118,7 @@ class Episode:
         return rows if rows.any() else np.ones_like(rows)
 
     def error(self) -> Array:
-        """(3,) mean |half-second mean - command| in vx, vy [m/s], wz [rad/s]."""
+        """(3,) mean |mean over a stride - command| in vx, vy [m/s], wz [rad/s]."""
         rows = self.counted(margin_s=0.5 * WINDOW_S)
         return np.asarray(np.abs(self.smooth - self.rows["cmd_twist_H"])[rows].mean(axis=0))
 
@@ -133,7 +134,7 @@ class Episode:
         return np.asarray(np.sqrt(np.mean(error**2, axis=0)))
 
     def distance(self) -> float:
-        """Way of the trunk over the floor [m], in steps of half a second: without its sway."""
+        """Way of the trunk over the floor [m], in steps of a stride: without its sway."""
         step = round(WINDOW_S / (ACT_EVERY * TICK))
         xy = self.rows["true_p"][::step, :2]
         return float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum())

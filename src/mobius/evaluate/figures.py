@@ -29,7 +29,7 @@ def draw_tracking(path: Path, body: str, series: Sequence[Series]) -> None:
             at = grid[row, column]
             target, mean = s.target[:, row], s.smooth[:, row]
             at.plot(s.t, s.actual[:, row], color=_ACTUAL, lw=0.6, alpha=0.35)
-            at.plot(s.t, mean, color=_ACTUAL, lw=1.6, label="actual, 0.5 s mean")
+            at.plot(s.t, mean, color=_ACTUAL, lw=1.6, label="actual, mean over a stride")
             at.plot(s.t, target, color=_TARGET, lw=1.6, ls="--", label="target")
             at.plot(s.t, mean - target, color=_ERROR, lw=1.0, label="error")
             _tidy(at, ylabel=f"{axis} [{UNITS[axis]}]" if column == 0 else "")

@@ -31,7 +31,7 @@ class Series:
     actual: Array
     """(n, 3) the truth."""
     smooth: Array
-    """(n, 3) its half-second means."""
+    """(n, 3) its means over a stride."""
 
 
 def motions(setup: Setup, *, speed: float = 1.0, workers: int = 1) -> list[Series]:

@@ -76,7 +76,7 @@ class RobustnessRun:
     seed: int
     fallen: bool
     error: list[float]
-    """Mean absolute error of vx, vy [m/s], wz [rad/s] over half-second means."""
+    """Mean absolute error of vx, vy [m/s], wz [rad/s] over means over a stride."""
 
 
 def setup_at(name: str, value: float, setup: Setup) -> Setup:

@@ -37,7 +37,7 @@ def tables(result: Outcome) -> dict[str, Table]:
 
 
 def series_table(series: Sequence[Series]) -> Table:
-    """Motions over time: target, actual, half-second mean and its error, by component."""
+    """Motions over time: target, actual, mean over a stride and its error, by component."""
     kinds = ("target", "actual", "mean", "error")
     rows: Table = [["motion", "t_s", *(f"{kind}_{axis}" for axis in AXES for kind in kinds)]]
     for s in series:

@@ -55,9 +55,9 @@ class TerrainRun:
     seconds: float
     """How long it lasted; 20 s without a fall."""
     distance_m: float
-    """Way over the ground in steps of half a second."""
+    """Way over the ground in steps of a stride."""
     error: list[float]
-    """Mean absolute error of vx, vy [m/s], wz [rad/s] over half-second means."""
+    """Mean absolute error of vx, vy [m/s], wz [rad/s] over means over a stride."""
 
 
 def commands(body: str, seed: int, count: int = COMMANDS) -> list[Segment]:

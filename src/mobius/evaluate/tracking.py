@@ -37,7 +37,7 @@ class SegmentScore:
     mean: list[float] | None
     """True mean velocity."""
     mae: list[float] | None
-    """Mean |half-second mean - target|."""
+    """Mean |mean over a stride - target|."""
     power_W: float | None
     fallen: bool
     slid_m: float = 0.0
@@ -59,7 +59,7 @@ class Run:
     seed: int
     fallen: bool
     error: list[float]
-    """Mean absolute error of vx, vy [m/s], wz [rad/s] over half-second means."""
+    """Mean absolute error of vx, vy [m/s], wz [rad/s] over means over a stride."""
     raw_error: list[float]
     """The same without averaging."""
     estimate_error: list[float]
@@ -162,7 +162,7 @@ class Tracking:
     episodes: int
     falls: int
     mae: dict[str, float]
-    """vx, vy [m/s], wz [rad/s]; mean over episodes of the error of half-second means."""
+    """vx, vy [m/s], wz [rad/s]; mean over episodes of the error of means over a stride."""
     mae_raw: dict[str, float]
     """The same without averaging."""
     commands: dict[str, dict[str, Any]]

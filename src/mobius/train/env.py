@@ -211,8 +211,8 @@ class LocomotionEnv:
         qpos[:, 2] += self.tiles.ground.at(feet).max(axis=1)
 
     def _new_command(self, ids: NDArray[np.int64]) -> None:
-        """Uniform over the body's range; a tenth stand still, three tenths move along one axis,
-        half of these as fast as the body can.
+        """Uniform over the body's range; some stand still, three tenths move along one axis, half
+        of these as fast as the body can.
         """
         m = len(ids)
         reach = self.cfg.command_margin * self.curriculum.command
@@ -222,9 +222,10 @@ class LocomotionEnv:
         kind = self.rng.random((m, 1))
         end = np.where(self.rng.random((m, 1)) < 0.5, low, high)
         axis = np.eye(3)[self.rng.integers(3, size=m)]
-        command = np.where(kind < 0.4, command * axis, command)
-        command = np.where(kind < 0.25, end * axis, command)
-        command = np.where(kind < 0.1, 0.0, command)
+        still = self.cfg.stand_share
+        command = np.where(kind < still + 0.3, command * axis, command)
+        command = np.where(kind < still + 0.15, end * axis, command)
+        command = np.where(kind < still, 0.0, command)
         self.command[ids] = command
         self.command_left[ids] = self.rng.uniform(*self.cfg.command_s, m)
 

@@ -102,6 +102,8 @@ class EnvConfig:
     episode_s: float = 20.0
     command_s: tuple[float, float] = (3.0, 7.0)
     """Time between new commands [s]."""
+    stand_share: float = 0.1
+    """Share of the commands that are zero."""
     command_margin: float = 1.15
     """Commands are drawn this much beyond the body's range."""
     min_height: float = 0.16
@@ -222,14 +224,15 @@ _CRAWL = Preset(
     steps=5_500_000,
     anneal=(3_000_000, 5_000_000),
     late=(
-        3_379_200,
+        3_000_000,
         {
             "tracking_linear": 3.5,
             "tracking_far": 1.5,
-            "power": -0.012,
+            "power": -0.014,
             "chatter": -4.0,
-            "landing": -3.0,
-            "creep": -0.5,
+            "landing": -8.0,
+            "impact": -4.0,
+            "creep": -0.8,
         },
     ),
 )
@@ -243,6 +246,7 @@ _BIPED = Preset(
         sigma_linear=0.012,
         sigma_yaw=0.06,
         command_margin=1.1,
+        stand_share=0.2,
         randomisation=Randomisation(
             trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.7
         ),
@@ -264,7 +268,7 @@ _BIPED = Preset(
     steps=6_000_000,
     entropy=0.004,
     anneal=(3_000_000, 5_000_000),
-    late=(4_300_800, {"creep": -1.5, "landing": -1.0, "tracking_yaw": 2.0}),
+    late=(3_500_000, {"creep": -3.0, "landing": -2.0, "tracking_yaw": 2.0}),
 )
 
 _ROUGH = {
