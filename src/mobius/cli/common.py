@@ -22,7 +22,7 @@ def need_train() -> None:
 
     from mobius.errors import MissingDependency
 
-    for package in ("torch", "rsl_rl", "onnx"):
+    for package in ("torch", "rsl_rl", "onnx", "safetensors"):
         if find_spec(package) is None:
             raise MissingDependency(package, "train", "training")
 

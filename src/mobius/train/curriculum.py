@@ -34,12 +34,15 @@ class CurriculumConfig:
 
 
 class Curriculum:
-    """Shares in [0, 1] of the command range and the kicks; a terrain level for each robot."""
+    """Shares in [0, 1] of the command range and the kicks; a terrain level for each robot.
+
+    Robots begin on all levels: an episode is long, and who cannot cope sinks fast.
+    """
 
     def __init__(self, cfg: CurriculumConfig, n: int, *, levels: int, columns: int) -> None:
         self.cfg, self.n, self.levels, self.columns = cfg, n, levels, columns
         self.command, self.kick = cfg.command_start, cfg.kick_start
-        self.level = np.zeros(n, dtype=np.int64)
+        self.level = np.arange(n, dtype=np.int64) // max(columns, 1) % (levels + 1)
         self.column = np.arange(n, dtype=np.int64) % max(columns, 1)
         self._steps = 0
         self._falls = self._error = 0.0

@@ -139,6 +139,8 @@ class _Run:
         """One iteration; its figures."""
         start = time.perf_counter()
         anneal(self.preset, self.learner, self.steps)
+        if self.preset.late is not None and self.steps >= self.preset.late[0]:
+            self.vec.env.weights.update(self.preset.late[1])
         figures = iterate(self.vec, self.learner, self.preset.horizon, self.guard, self.steps)
         took = time.perf_counter() - start
         self.steps += self.batch

@@ -221,7 +221,7 @@ _CRAWL = Preset(
         weights={"tracking_linear": 2.5, "tracking_yaw": 1.2, "tracking_far": 1.0, "pose": -0.02},
     ),
     num_envs=512,
-    steps=5_500_000,
+    steps=5_222_400,
     anneal=(3_000_000, 5_000_000),
     late=(
         3_000_000,
@@ -265,7 +265,7 @@ _BIPED = Preset(
         },
     ),
     num_envs=512,
-    steps=6_000_000,
+    steps=4_915_200,
     entropy=0.004,
     anneal=(3_000_000, 5_000_000),
     late=(3_500_000, {"creep": -3.0, "landing": -2.0, "tracking_yaw": 2.0}),
