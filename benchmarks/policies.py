@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ PAPER_SPEED = {"crawl": 0.4 / 0.7, "biped": 0.1 / 0.25}
 """The paper's forward speed as a share of ours."""
 
 
-def evaluate(name: str, what: list[str], seeds: int) -> dict[str, Any]:
+def evaluate(name: str, what: list[str], seeds: int) -> Iterator[tuple[str, dict[str, Any]]]:
     """The chosen evaluations of one policy; plain values without the single runs."""
     path = POLICIES / f"{name}.onnx"
     body = load_policy(path).body.mode.value
@@ -33,17 +34,15 @@ def evaluate(name: str, what: list[str], seeds: int) -> dict[str, Any]:
         "tracking": lambda: tracking(body, seeds=seeds, policy=path),
         "paper_speed": lambda: tracking(body, seeds=seeds, policy=path, speed=PAPER_SPEED[body]),
         "push": lambda: push(body, seeds=seeds, policy=path),
-        "terrain": lambda: terrain(body, seeds=seeds, policy=path),
+        "terrain": lambda: terrain(body, seeds=seeds, policy=path, kinds=("heightmap", "slope")),
         "robustness": lambda: robustness(body, seeds=max(seeds // 5, 1), policy=path),
     }
-    out: dict[str, Any] = {}
     for key in what:
         print(f"{name}: {key}, {seeds} seeds", flush=True)
         result = jobs[key]().as_json()
         result.pop("runs", None)
-        out[key] = result
-        print(json.dumps(result)[:2000], flush=True)
-    return out
+        print(json.dumps(result), flush=True)
+        yield key, result
 
 
 def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
@@ -54,7 +53,7 @@ def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
         "",
         f"Body `{meta['body']}`, preset `{meta['preset']}`, seed {meta['seed']},"
         f" {meta['steps'] / 1e6:.1f} M environment steps, exported at commit"
-        f" `{str(meta.get('git', meta.get('commit', '?')))[:10]}`.",
+        f" `{meta.get('git', '?')}`.",
         f"Sees {meta['frame']} frames x {meta['history']}"
         + (" and a gait clock" if meta["clock"] else "")
         + f"; moves {len(meta['joints'])} joints at 60 Hz by Eq. (2).",
@@ -134,9 +133,10 @@ def main() -> None:
     for name in args.names or sorted(p.stem for p in POLICIES.glob("*.onnx")):
         file = RESULTS / f"{name}.json"
         figures = json.loads(file.read_text()) if file.exists() else {}
-        figures.update(evaluate(name, args.what, args.seeds))
-        write_json_atomic(file, figures)
         meta = load_policy(POLICIES / f"{name}.onnx").metadata
+        for key, result in evaluate(name, args.what, args.seeds):
+            figures[key] = result
+            write_json_atomic(file, figures)
         write_text_atomic(POLICIES / f"{name}.md", build_card(name, meta, figures))
 
 

@@ -1,5 +1,7 @@
 """What is not finite is found in the step in which it arises, in the robot where it arises."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,18 @@ def test_a_simulation_that_blows_up_is_no_fall(env):
     """MuJoCo alone would reset the robot and go on."""
     env.sim.qvel[1, 3] = 1e12
     with pytest.raises(NotFinite, match="physics of robot 1"):
+        env.step(actions(env))
+
+
+def test_where_a_few_may_blow_up_it_is_a_fall(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    env = WatchedEnv(replace(CFG, blow_ups=0.25), 4, seed=1, nthread=1)
+    env.sim.qvel[1, 3] = 1e12
+    result = env.step(actions(env))
+    assert result.done.tolist() == [False, True, False, False]
+    assert np.isfinite(result.observation).all() and np.isfinite(result.reward).all()
+    env.sim.qvel[:2, 3] = 1e12
+    with pytest.raises(NotFinite, match="physics of robot 0, 1"):
         env.step(actions(env))
 
 

@@ -98,6 +98,9 @@ class EnvConfig:
     """Weld the joints that the policy does not move; physics is a third to a half cheaper."""
     terrain: TerrainConfig | None = None
     """Uneven ground; None is an endless plane."""
+    blow_ups: float = 0.0
+    """Share of the robots whose simulation may blow up in one step, which then counts as a
+    fall; beyond it training stops. On a height field it happens once in some 1e6 steps."""
     curriculum: CurriculumConfig = field(default_factory=CurriculumConfig)
     episode_s: float = 20.0
     command_s: tuple[float, float] = (3.0, 7.0)
@@ -283,6 +286,7 @@ def _rough(flat: Preset, name: str, steps: int) -> Preset:
     env = replace(
         flat.env,
         terrain=_ROUGH[flat.env.body],
+        blow_ups=0.01,
         curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
         weights={**flat.env.weights, **late},
     )

@@ -1,7 +1,7 @@
 """The environment under watch: the first number that is not finite stops it, and can be replayed.
 
 MuJoCo resets a simulation that blows up and goes on; in training that would look like a fall.
-Here it counts as what it is.
+Here it stops the training, unless the configuration allows for a few (``EnvConfig.blow_ups``).
 """
 
 from __future__ import annotations
@@ -74,9 +74,12 @@ class WatchedEnv(LocomotionEnv):
     def _signals(self) -> Signals:
         """Comes right after the physics, before blown-up robots are placed anew."""
         counts = self.sim._batch.warning[:, _BLOWN_UP, 1]  # (n, kinds) since the last placing
-        if counts.any():
-            raise NotFinite(np.flatnonzero(counts.any(axis=1)), "physics")
-        return super()._signals()
+        blown = counts.any(axis=1)
+        if blown.mean() > self.cfg.blow_ups:
+            raise NotFinite(np.flatnonzero(blown), "physics")
+        signals = super()._signals()
+        signals.fallen[blown] = 1.0
+        return signals
 
 
 def _demand_finite(value: Array, what: str) -> None:
