@@ -77,21 +77,19 @@ class Training:
     """The training loop, timed part by part."""
 
     def __init__(self, preset: Preset, threads: int, folder: Path) -> None:
-        import torch
-
         from mobius.train.guard import Guard
-        from mobius.train.learn import LEARNER_THREADS
+        from mobius.train.parts import PARTS
         from mobius.train.ppo import build_learner
         from mobius.train.snapshot import seed_everything
         from mobius.train.vec import RslVecEnv
         from mobius.train.watch import WatchedEnv
 
         seed_everything(0)
-        torch.set_num_threads(LEARNER_THREADS)
         self.preset = preset
         self.env = WatchedEnv(preset.env, preset.num_envs, seed=0, nthread=threads)
         self.vec = RslVecEnv(self.env)
-        self.learner = build_learner(preset, self.vec)
+        self.learner_threads = min(threads, PARTS)
+        self.learner = build_learner(preset, self.vec, self.learner_threads)
         self.guard = Guard(preset, self.vec, self.learner, folder)
         self.env.steps[:] = self.env.rng.integers(0, self.env.max_steps, self.env.n)
         self.learner.train_mode()
@@ -248,7 +246,7 @@ def measure(args: argparse.Namespace, folder: Path) -> dict[str, Any]:
         "preset": args.preset,
         "robots": preset.num_envs,
         "threads": threads,
-        "learner_threads": torch.get_num_threads(),
+        "learner_threads": training.learner_threads,
         "rounds": args.rounds,
         "steps_per_s": {k: round(float(np.median(v)), 1) for k, v in rates.items()},
         "ratios": {

@@ -36,7 +36,7 @@ TINY = {
 def exported(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("export")
     preset, name = TINY[request.param], request.param[1]
-    train(preset, folder / "run", seed=7, threads=1, learner_threads=1)
+    train(preset, folder / "run", seed=7, threads=1)
     difference = export(preset, name, folder / "run", folder / "out" / "policy.onnx")
     return preset, name, folder / "run", folder / "out" / "policy.onnx", difference
 

@@ -14,6 +14,7 @@ from mobius.errors import InvalidInput, MobiusError  # noqa: E402
 from mobius.train.checkpoint import read_tree, write_tree  # noqa: E402
 from mobius.train.guard import TrainingStopped, replay  # noqa: E402
 from mobius.train.learn import load_checkpoint, train  # noqa: E402
+from mobius.train.ppo import LeanPPO  # noqa: E402
 from mobius.train.presets import preset_of  # noqa: E402
 
 BATCH = 16 * 24
@@ -23,7 +24,7 @@ TINY = replace(preset_of("crawl", "smoke"), num_envs=16, steps=2 * BATCH)
 @pytest.fixture
 def poisoned(tmp_path, monkeypatch):
     """A run whose learner asks robots 5 and 9 for nan in the 30th policy step."""
-    act, calls = PPO.act, [0]
+    act, calls = LeanPPO.act, [0]
 
     def poison(self, obs):
         action = act(self, obs)
@@ -32,9 +33,9 @@ def poisoned(tmp_path, monkeypatch):
             action[5, 1] = action[9] = torch.nan
         return action
 
-    monkeypatch.setattr(PPO, "act", poison)
+    monkeypatch.setattr(LeanPPO, "act", poison)
     with pytest.raises(TrainingStopped) as caught:
-        train(TINY, tmp_path / "run", seed=2, threads=1, learner_threads=1, save_every=1)
+        train(TINY, tmp_path / "run", seed=2, threads=1, save_every=1)
     monkeypatch.undo()
     return tmp_path / "run", str(caught.value)
 
@@ -75,7 +76,7 @@ def test_an_update_that_goes_wrong_can_be_replayed(tmp_path, monkeypatch):
 
     monkeypatch.setattr(PPO, "compute_returns", poison)
     with pytest.raises(TrainingStopped, match="weights"):
-        train(TINY, tmp_path, seed=2, threads=1, learner_threads=1)
+        train(TINY, tmp_path, seed=2, threads=1)
     monkeypatch.undo()
     (dump,) = (tmp_path / "nan").iterdir()
     again = replay(dump)

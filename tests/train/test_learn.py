@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -17,15 +16,13 @@ torch = pytest.importorskip("torch")
 
 from mobius.errors import InvalidInput  # noqa: E402
 from mobius.train.config import as_plain  # noqa: E402
-from mobius.train.learn import CHECKPOINT, LEARNER_THREADS, load_checkpoint  # noqa: E402
-from mobius.train.learn import train as train_with  # noqa: E402
+from mobius.train.learn import CHECKPOINT, load_checkpoint, train  # noqa: E402
 from mobius.train.presets import preset_of  # noqa: E402
 from mobius.train.runlog import read_rows  # noqa: E402
 
 BATCH = 16 * 24
 TINY = replace(preset_of("crawl", "smoke"), num_envs=16, steps=4 * BATCH)
 VARYING = {"wall_s", "steps_per_s"}
-train = partial(train_with, learner_threads=1)  # quicker for networks this small
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +62,7 @@ def test_a_run_leaves_checkpoint_and_progress(run):
 
 
 def test_two_n_steps_are_n_steps_and_n_resumed(run, tmp_path):
-    """And so on two threads as on one."""
+    """And two threads of physics and learner end where one of each ended."""
     half = replace(TINY, steps=2 * BATCH)
     train(half, tmp_path / "run", seed=7, threads=2)
     assert load_checkpoint(tmp_path / "run")["policy"] != load_checkpoint(run)["policy"]
@@ -73,12 +70,6 @@ def test_two_n_steps_are_n_steps_and_n_resumed(run, tmp_path):
     assert load_checkpoint(tmp_path / "run")["policy"] == load_checkpoint(run)["policy"]
     assert same_end(run, tmp_path / "run")
     assert learned(run) == learned(tmp_path / "run")
-
-
-def test_the_learner_s_threads_are_not_the_physics_threads(tmp_path):
-    for threads in (1, 2):
-        train_with(replace(TINY, steps=0), tmp_path / str(threads), threads=threads)
-        assert torch.get_num_threads() == LEARNER_THREADS
 
 
 def test_another_seed_is_another_run(run, tmp_path):
@@ -91,8 +82,7 @@ import json, sys
 from pathlib import Path
 from mobius.train.config import preset_from
 from mobius.train.learn import train
-train(preset_from(json.loads(sys.argv[1])), Path(sys.argv[2]), seed=7, threads=1, learner_threads=1,
-      save_every=2)
+train(preset_from(json.loads(sys.argv[1])), Path(sys.argv[2]), seed=7, threads=1, save_every=2)
 """
 
 
@@ -125,8 +115,6 @@ def test_resume_refuses_another_run(run):
         train(TINY, run, seed=8, resume=True)
     with pytest.raises(InvalidInput, match="another learning_rate"):
         train(replace(TINY, learning_rate=1e-5), run, seed=7, resume=True)
-    with pytest.raises(InvalidInput, match="another learner_threads"):
-        train(TINY, run, seed=7, learner_threads=2, resume=True)
 
 
 def test_nothing_is_overwritten_or_resumed_by_mistake(run, tmp_path):

@@ -35,9 +35,11 @@ class PairLinear(nn.Module):
 
     def forward(self, a: torch.Tensor, b: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """The pair's image."""
-        even = self.even(_ROOT_HALF * (a + b))
-        odd = self.odd(_ROOT_HALF * (a - b))
-        return _ROOT_HALF * (even + odd), _ROOT_HALF * (even - odd)
+        # the orthonormal sum and difference are (a +- b) / sqrt(2); both factors are put on the
+        # weights, which are smaller than the batch
+        even = nn.functional.linear(a + b, 0.5 * self.even.weight, _ROOT_HALF * self.even.bias)
+        odd = nn.functional.linear(a - b, 0.5 * self.odd.weight)
+        return even + odd, even - odd
 
 
 class PairMLP(nn.Module):

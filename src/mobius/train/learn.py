@@ -24,6 +24,7 @@ from mobius.files import write_json_atomic
 from mobius.train.checkpoint import read_tree, write_tree
 from mobius.train.config import as_plain, gait_as_plain
 from mobius.train.guard import Guard
+from mobius.train.parts import PARTS
 from mobius.train.ppo import build_learner
 from mobius.train.presets import Preset
 from mobius.train.runlog import RunLog
@@ -44,9 +45,6 @@ Progress = Callable[[dict[str, float]], None]
 CHECKPOINT = "checkpoint.safetensors"
 SAVE_EVERY = 25
 """Iterations between checkpoints."""
-LEARNER_THREADS = 2
-"""Threads of torch, whatever the physics takes. Sums depend on how many threads share them, so
-a fixed number makes the weights a function of preset and seed alone."""
 
 
 def anneal(preset: Preset, learner: PPO, steps: int) -> None:
@@ -69,14 +67,14 @@ def train(
     threads: int = 0,
     resume: bool = False,
     init: Path | None = None,
-    learner_threads: int = LEARNER_THREADS,
+    learner_threads: int = 0,
     save_every: int = SAVE_EVERY,
     progress: Progress | None = None,
 ) -> Path:
     """Train until ``preset.steps`` environment steps; returns the checkpoint's path.
 
-    The weights depend on preset, seed, ``init`` and ``learner_threads``, bit for bit on one
-    machine; not on ``threads``, and not on how often the run was stopped and resumed.
+    The weights depend on preset, seed and ``init``, bit for bit on one machine; not on how many
+    threads there are, and not on how often the run was stopped and resumed.
 
     Args:
         preset: Environment, learner and budget.
@@ -85,7 +83,8 @@ def train(
         threads: CPU threads of the physics; 0 takes all.
         resume: Continue the run in ``out`` exactly where its checkpoint was.
         init: Run folder to take actor, critic and normalisers from, not optimiser or counters.
-        learner_threads: CPU threads of the learner.
+        learner_threads: CPU threads of the learner, at most :data:`PARTS`; 0 takes as many as
+            the physics has.
         save_every: Iterations between checkpoints.
         progress: Called after every iteration with its figures.
 
@@ -94,14 +93,13 @@ def train(
         TrainingStopped: a number is not finite; a dump was left in ``out/nan``.
     """
     _demand_room(out, resume)
-    torch.set_num_threads(learner_threads)
-    gait = gait_as_plain(preset.env.body)
-    wanted = {"seed": seed, "learner_threads": learner_threads, "gait": gait, **as_plain(preset)}
+    wanted = {"seed": seed, "gait": gait_as_plain(preset.env.body), **as_plain(preset)}
     before = _read_run(out, wanted) if resume else None
     seed_everything(seed)
     threads = threads or len(os.sched_getaffinity(0))
     vec = RslVecEnv(WatchedEnv(preset.env, preset.num_envs, seed=seed, nthread=threads))
-    run = _Run(preset, vec, build_learner(preset, vec), out)
+    learner = build_learner(preset, vec, min(learner_threads or threads, PARTS))
+    run = _Run(preset, vec, learner, out)
     if before is not None:
         run.load(before)
     else:
@@ -210,7 +208,7 @@ def _demand_room(out: Path, resume: bool) -> None:
 
 
 def read_config(run: Path) -> dict[str, Any]:
-    """Seed, learner threads, gait and preset of a run folder. Raises :class:`InvalidInput`."""
+    """Seed, gait and preset of a run folder. Raises :class:`InvalidInput`."""
     path = run / "config.json"
     if not path.is_file():
         raise InvalidInput(f"{path}: no such file; without it nobody knows what the run was")
