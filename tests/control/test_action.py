@@ -61,6 +61,39 @@ def test_diagonal_limbs_swing_together_and_never_all():
     assert (swing[:, 0] > 0).any() and (swing[:, 1] > 0).any()
 
 
+def test_slack_leaves_both_ends_of_a_swing_to_the_feet():
+    phase = np.linspace(0, 1, 100, endpoint=False)
+    wanted = {}
+    for slack in (0.0, 0.06):
+        clock = GaitClock(replace(GAIT, swing=(0.03, 0.47), slack=slack), 100)
+        clock.reset(phase=phase)
+        clock.advance(np.ones((100, 3)), 0.0)
+        wanted[slack] = clock.contact_wanted()[:, 0]  # its offset is 0
+        np.testing.assert_array_equal(
+            clock.swing_wanted()[:, 0] > 0, (phase > 0.03) & (phase < 0.47)
+        )
+    inside = (phase > 0.03) & (phase < 0.47)
+    np.testing.assert_array_equal(wanted[0.0], np.where(inside, -1, 1))
+    assert (wanted[0.06][(phase > 0.10) & (phase < 0.40)] == -1).all()
+    assert (wanted[0.06][(phase > 0.54) & (phase < 0.96)] == 1).all()
+    assert (wanted[0.06][[0, 5, 43, 50, 99]] == 0).all()
+    clock = GaitClock(replace(GAIT, slack=0.06), 100)
+    clock.reset(phase=phase)
+    assert (clock.contact_wanted() == 1).all()  # standing
+
+
+def test_a_stepping_robot_may_sway_and_still_come_to_rest():
+    gait = replace(GAIT, unrest=0.15, settled=0.25)
+    clock, still = GaitClock(gait, 3), np.zeros((3, 3))
+    clock.advance(still, 0.01, np.array([0.1, 0.2, 0.3]))  # standing: 0.15 wakes
+    assert clock.moving.tolist() == [False, True, True]
+    for _ in range(round(1.5 * gait.period / 0.01)):
+        clock.advance(still, 0.01, np.array([0.1, 0.2, 0.3]))
+        if not clock.moving[1]:
+            break
+    assert clock.moving.tolist() == [False, False, True]  # stepping: 0.2 is calm
+
+
 def test_a_shoved_robot_s_clock_runs_until_a_whole_period_was_calm():
     gait = replace(GAIT, unrest=0.15)
     clock, still = GaitClock(gait, 2), np.zeros((2, 3))

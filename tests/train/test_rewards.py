@@ -13,6 +13,7 @@ def signals(**change) -> Signals:
         command=np.zeros((n, 3)),
         moving=np.zeros(n),
         swing=np.zeros((n, f)),
+        contact_wanted=np.ones((n, f)),
         velocity=np.zeros((n, 3)),
         v_z=np.zeros(n),
         w_xy=np.zeros((n, 2)),
@@ -94,8 +95,10 @@ def second(name: str, **change) -> float:
         ("saturation", dict(torque=9.0), 2.0),  # 20 joints, 0.9 - 0.8 of stall
         ("pose", dict(q_error=[0.1, 0.2]), 0.05),
         ("gait", {}, 1.0),  # standing, all feet down, as the clock wants
-        ("gait", dict(swing=[1, 0, 0, 1]), 0.0),  # two right, two wrong
-        ("gait", dict(swing=[1, 0, 0, 1], contact=[0, 1, 1, 0]), 1.0),
+        ("gait", dict(contact_wanted=[-1, 1, 1, -1]), 0.0),  # two right, two wrong
+        ("gait", dict(contact_wanted=[-1, 1, 1, -1], contact=[0, 1, 1, 0]), 1.0),
+        ("gait", dict(contact_wanted=[0, 1, 1, 0], contact=[0, 1, 1, 1]), 1.0),  # 0: either
+        ("scuff", dict(swing=[0.7, 0, 0.2, 0.4], contact=[1, 1, 0, 1]), 1.1),
         ("swing_height", dict(swing=[1, 0, 0, 0]), 0.25),  # one of four misses by all of it
         ("swing_height", dict(swing=[1, 0, 0, 0], foot_height=[0.045, 0, 0, 0]), 0.0),
     ],

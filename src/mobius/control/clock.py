@@ -27,11 +27,18 @@ class Gait:
     """Part of a foot's own phase in which it should be in the air."""
     height: float
     """Of the sole in the middle of a swing [m]."""
+    lift: float = 0.6
+    """Exponent that skews the swing: below 1 a foot leaves the ground faster than it lands."""
+    slack: float = 0.0
+    """Part of the phase before and after a swing in which the foot may do either."""
     quicken: float = 0.0
     """Strides are this much more frequent a unit of commanded speed [s/m]."""
     unrest: float = 0.0
-    """Believed horizontal speed [m/s] from which the clock runs though the command is zero:
-    a robot that was pushed steps until a whole period was calm; 0 switches it off."""
+    """Believed horizontal speed [m/s] from which the clock of a standing robot runs though the
+    command is zero: it was pushed, and steps until a whole period was calm; 0 switches it off."""
+    settled: float = 0.0
+    """Believed horizontal speed [m/s] below which a stepping robot is calm; at least
+    ``unrest``. It sways while it steps, which must not keep it stepping."""
 
 
 MOVE_GATE = 0.05
@@ -69,7 +76,8 @@ class GaitClock:
             dt: [s].
             speed: (n,) believed horizontal speed of the trunk [m/s].
         """
-        shoved = (self.gait.unrest > 0) & (np.asarray(speed) > self.gait.unrest)
+        gate = np.where(self.moving, max(self.gait.settled, self.gait.unrest), self.gait.unrest)
+        shoved = (self.gait.unrest > 0) & (np.asarray(speed) > gate)
         self.calm = np.where(shoved, 0.0, self.calm + dt)
         self.refresh(command)
         speed_asked = np.linalg.norm(command[..., :2], axis=-1)
@@ -97,5 +105,17 @@ class GaitClock:
         phase = self.limb_phase()
         start, end = self.gait.swing
         inside = (phase > start) & (phase < end) & self.moving[:, None]
-        part = np.clip((phase - start) / (end - start), 0.0, 1.0) ** 0.6
+        part = np.clip((phase - start) / (end - start), 0.0, 1.0) ** self.gait.lift
         return np.where(inside, np.sin(np.pi * part) ** 2, 0.0)
+
+    def contact_wanted(self) -> Array:
+        """(n, feet) 1 where a foot should be on the ground, -1 in the air, 0 either.
+
+        ``slack`` makes room at both ends of a swing; standing still all feet should be down.
+        """
+        start, end = self.gait.swing
+        slack, phase = self.gait.slack, self.limb_phase()
+        inside = (phase > start + slack) & (phase < end - slack)
+        near = (phase - start + slack) % 1.0 <= end - start + 2 * slack
+        wanted = np.where(inside, -1.0, np.where(near & (slack > 0), 0.0, 1.0))
+        return np.where(self.moving[:, None], wanted, 1.0)

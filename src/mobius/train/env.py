@@ -311,6 +311,7 @@ class LocomotionEnv:
             command=self.command.copy(),
             moving=self.clock.moving.astype(float),
             swing=self.clock.swing_wanted(),
+            contact_wanted=self.clock.contact_wanted(),
             velocity=self.velocity,
             v_z=v_H[:, 2],
             w_xy=w_H[:, :2],

@@ -157,7 +157,7 @@ def export(preset: Preset | None, name: str, run: Path, out: Path) -> float:
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         metadata = build_metadata(preset, name, run, checkpoint)
-        _write_onnx(actor, vec.env.layout.size, metadata, temporary)
+        write_onnx(actor, vec.env.layout.size, metadata, temporary)
         difference = parity(temporary, observations, expected)
         if not difference <= PARITY:
             raise InvalidInput(
@@ -189,7 +189,7 @@ def parity(path: Path, observations: NDArray[np.float32], expected: NDArray[np.f
     return float(np.abs(got - expected).max())
 
 
-def _write_onnx(actor: nn.Module, size: int, metadata: dict[str, Any], path: Path) -> None:
+def write_onnx(actor: nn.Module, size: int, metadata: dict[str, Any], path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(

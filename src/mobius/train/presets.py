@@ -231,11 +231,15 @@ _CRAWL = Preset(
         {
             "tracking_linear": 3.5,
             "tracking_far": 1.5,
-            "power": -0.014,
+            "power": -0.012,
+            "joint_speed": -0.15,
+            "height": -60.0,
+            "scuff": -2.0,
+            "swing_height": -2.0,
             "chatter": -4.0,
-            "landing": -8.0,
-            "impact": -4.0,
-            "creep": -0.8,
+            "landing": -4.0,
+            "impact": -3.0,
+            "creep": -0.6,
         },
     ),
 )
@@ -249,9 +253,9 @@ _BIPED = Preset(
         sigma_linear=0.012,
         sigma_yaw=0.06,
         command_margin=1.1,
-        stand_share=0.2,
+        stand_share=0.25,
         randomisation=Randomisation(
-            trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.7
+            trunk_com=0.02, initial_joint=0.02, kick_interval=(1.5, 5.0), kick_velocity=0.8
         ),
         curriculum=CurriculumConfig(kick_start=0.5, kick_falls=4.0),
         weights={
@@ -271,7 +275,10 @@ _BIPED = Preset(
     steps=4_915_200,
     entropy=0.004,
     anneal=(3_000_000, 5_000_000),
-    late=(3_500_000, {"creep": -3.0, "landing": -2.0, "tracking_yaw": 2.0}),
+    late=(
+        3_300_000,
+        {"creep": -5.0, "landing": -3.0, "scuff": -1.0, "tracking_yaw": 2.2, "height": -60.0},
+    ),
 )
 
 _ROUGH = {

@@ -29,6 +29,8 @@ class Signals:
     """(n,) 1 where the command is above the stand-still gate."""
     swing: Array
     """(n, f) what the gait clock wants: 0 on the ground, up to 1 in the middle of a swing."""
+    contact_wanted: Array
+    """(n, f) what the gait clock wants: 1 on the ground, -1 in the air, 0 either."""
     velocity: Array
     """(n, 3) filtered vx, vy [m/s], wz [rad/s] in the heading frame."""
     v_z: Array
@@ -196,9 +198,15 @@ def pose(s: Signals) -> Array:
 
 def gait(s: Signals) -> Array:
     """Feet that do what the clock wants minus feet that do not, as a mean in [-1, 1]."""
-    wanted = s.swing > 0
-    right = np.where(wanted, 1.0 - s.contact, s.contact)
-    return np.mean(2.0 * right - 1.0, axis=1)
+    does = s.contact_wanted * (2.0 * s.contact - 1.0)
+    return np.mean(np.where(s.contact_wanted == 0, 1.0, does), axis=1)
+
+
+def scuff(s: Signals) -> Array:
+    """Feet in contact that should be in the air, each by the share of the height it should
+    have.
+    """
+    return np.sum(s.swing * s.contact, axis=1)
 
 
 def swing_height(s: Signals) -> Array:
@@ -259,6 +267,7 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         action_acceleration,
         pose,
         gait,
+        scuff,
         swing_height,
         flat_foot,
         impact,
@@ -294,6 +303,7 @@ WEIGHTS: dict[str, float] = {
     "action_acceleration": -0.003,
     "pose": -0.05,
     "gait": 0.6,
+    "scuff": 0.0,
     "swing_height": -1.2,
     "flat_foot": 0.0,
     "impact": -2.0,
