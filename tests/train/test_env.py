@@ -51,6 +51,9 @@ def test_mirrored_state_and_action_give_the_mirrored_next_state(cfg):
         env.step(np.stack([action, sign * action[index]]))
         assert np.abs(state.mirror_qpos(env.sim.qpos[0]) - env.sim.qpos[1]).max() < 1e-3
     assert np.abs(signs * env.observation[0][perm] - env.observation[1]).max() < 0.02
+    perm, signs = env.mirror_privileged()
+    assert sorted(perm) == list(range(env.privileged.shape[1]))
+    assert np.abs(signs * env.privileged[0][perm] - env.privileged[1]).max() < 0.02
 
 
 class MirroredState:

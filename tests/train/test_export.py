@@ -79,7 +79,7 @@ def test_parity_is_over_observations_of_walking_robots(exported):
 @ONCE
 def test_a_file_that_differs_from_torch_is_not_exported(quick, monkeypatch, tmp_path):
     preset, name, run, *_ = quick
-    write = module._write_onnx
+    write = module.write_onnx
 
     def spoil(actor, size, metadata, path):
         write(actor, size, metadata, path)
@@ -90,7 +90,7 @@ def test_a_file_that_differs_from_torch_is_not_exported(quick, monkeypatch, tmp_
         )
         onnx.save(model, str(path))
 
-    monkeypatch.setattr(module, "_write_onnx", spoil)
+    monkeypatch.setattr(module, "write_onnx", spoil)
     with pytest.raises(InvalidInput, match="differs from torch"):
         export(preset, name, run, tmp_path / "p.onnx")
     assert list(tmp_path.iterdir()) == []

@@ -14,8 +14,8 @@ from rsl_rl.models import MLPModel  # noqa: E402
 
 from mobius.control.observation import mirror_frame, mirror_joints  # noqa: E402
 from mobius.train.env import LocomotionEnv  # noqa: E402
-from mobius.train.equivariant import EquivariantActor  # noqa: E402
-from mobius.train.ppo import build_learner  # noqa: E402
+from mobius.train.equivariant import Equivariant  # noqa: E402
+from mobius.train.ppo import build_learner, build_mirrors  # noqa: E402
 from mobius.train.presets import preset_of  # noqa: E402
 from mobius.train.snapshot import policy_hash  # noqa: E402
 from mobius.train.vec import RslVecEnv  # noqa: E402
@@ -33,7 +33,8 @@ def rsl_learner(preset, vec) -> PPO:
     """What rsl_rl makes of the preset by itself."""
     cfg = preset.runner(actor_class="MLPModel")
     if preset.symmetric:
-        cfg["actor"]["class_name"] = EquivariantActor.configure(vec.env.layout, preset.env.body)
+        for name, mirrors in build_mirrors(preset, vec.env).items():
+            cfg[name]["class_name"] = Equivariant.configure(*mirrors)
     cfg["multi_gpu"] = None
     with contextlib.redirect_stdout(io.StringIO()):
         return PPO.construct_algorithm(vec.get_observations(), vec, cfg, "cpu")
@@ -100,6 +101,23 @@ def test_the_actor_is_equivariant(vec):
         mirrored = actor.mean_of(obs[:, perm] * torch.tensor(signs, dtype=torch.float32))
     want = straight[:, index] * torch.tensor(sign, dtype=torch.float32)
     torch.testing.assert_close(mirrored, want, atol=1e-6, rtol=1e-5)
+
+
+def test_the_critic_does_not_care_for_sides(vec):
+    torch.manual_seed(0)
+    critic = build_learner(FAST, vec).critic
+    obs = vec.get_observations()
+    mirrors = {
+        "policy": mirror_frame(vec.env.layout, vec.env.body),
+        "privileged": vec.env.mirror_privileged(),
+    }
+    other = obs.clone()
+    for name, (index, sign) in mirrors.items():
+        other[name] = obs[name][:, index] * torch.tensor(sign, dtype=torch.float32)
+    with torch.no_grad():
+        straight, mirrored = critic(obs), critic(other)
+    torch.testing.assert_close(mirrored, straight, atol=1e-6, rtol=1e-5)
+    assert straight.std() > 0
 
 
 def test_building_a_learner_prints_nothing(vec, capsys):

@@ -84,6 +84,8 @@ def second(name: str, **change) -> float:
         ("joint_speed", dict(speed=0.85 * 50 * np.pi / 30 + 0.1), 20 * 0.01),
         ("impact", dict(touchdown=[1, 0, 0, 0], landing_speed=-0.5), 0.25),
         ("landing", dict(touchdown=[1, 0, 0, 0], landing_drag=0.5), 0.25),
+        ("skim", dict(foot_speed=2.0, foot_height=[0.0, 0.006, 0.012, 0.1]), 4.0 + 2.0),
+        ("skim", dict(foot_speed=2.0, foot_height=[-0.001, 0.1, 0.1, 0.1]), 4.0),
         ("creep", dict(foot_speed=0.1, contact=[1, 0, 1, 1]), 0.3),
         ("chatter", dict(lifted_early=[1, 0, 1, 0]), 2.0),
         ("flat_foot", dict(foot_tilt=[0.1, 0.2, 0, 0], contact=[1, 0, 1, 1]), 0.1),

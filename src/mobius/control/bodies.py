@@ -68,10 +68,10 @@ BODIES: dict[str, Body] = {
         gait=Gait(
             period=0.64,
             offsets=(0.0, 0.5, 0.5, 0.0),
-            swing=(0.03, 0.47),
+            swing=(0.08, 0.42),
             height=0.045,
             lift=0.8,
-            slack=0.06,
+            slack=0.03,
             quicken=0.4,
         ),
         fallen_below=0.20,

@@ -13,6 +13,7 @@ gait clock. Velocities are in the heading frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -159,14 +160,21 @@ def mirror_joints(body: Body) -> tuple[NDArray[np.int64], Array]:
 
     ``mirrored = sign * q[index]``. Yaw and roll joints change sign, the rest do not.
     """
-    names = list(body.joints)
-    swap = [
-        names.index(("right" if n.startswith("left") else "left") + n[n.index("_") :])
-        for n in names
-    ]
-    flips = ("yaw", "roll")
-    sign = [-1.0 if n.endswith(flips) else 1.0 for n in names]
-    return np.array(swap, dtype=np.int64), np.array(sign)
+    return mirror_names(body.joints)
+
+
+def mirror_names(names: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    """The same for any joints or limbs by name; each must be there with its twin."""
+    twins = [("right" if n.startswith("left") else "left") + n[n.index("_") :] for n in names]
+    sign = [-1.0 if n.endswith(("yaw", "roll")) else 1.0 for n in names]
+    return np.array([list(names).index(t) for t in twins], dtype=np.int64), np.array(sign)
+
+
+def join_mirrors(*mirrors: tuple[NDArray[np.int64], Array]) -> tuple[NDArray[np.int64], Array]:
+    """The mirror of a vector whose parts, one after another, have these mirrors."""
+    sizes = np.cumsum([0, *(len(index) for index, _ in mirrors)])
+    index = [i + first for (i, _), first in zip(mirrors, sizes, strict=False)]
+    return np.concatenate(index), np.concatenate([sign for _, sign in mirrors])
 
 
 def mirror_frame(layout: Layout, body: Body) -> tuple[NDArray[np.int64], Array]:

@@ -20,6 +20,11 @@ from mobius.types import LIMBS
 from mobius.world.ground import Ground, add_ground
 
 Array = NDArray[np.float64]
+_BLOWN_UP = [
+    mujoco.mjtWarning.mjWARN_BADQPOS.value,
+    mujoco.mjtWarning.mjWARN_BADQVEL.value,
+    mujoco.mjtWarning.mjWARN_BADQACC.value,
+]
 _VEL = mujoco.mjtStage.mjSTAGE_VEL.value
 
 
@@ -109,11 +114,16 @@ class CpuBatch:
         self.qpos, self.qvel, self.ctrl = self._batch.qpos, self._batch.qvel, self._batch.ctrl
         self._force = self._batch.bind("actuator_force")
         feet = body.feet
-        sensor = self._batch.sensor
-        self._contact = [sensor(f"{limb}_contact") for limb in feet]
-        self._position = [sensor(f"{limb}_tip_pos") for limb in feet]
-        self._up = {i: sensor(f"{x}_foot_up") for i, x in enumerate(feet) if x.endswith("leg")}
-        self._velocity = [sensor(f"{limb}_tip_vel") for limb in feet]
+        self._sensor = self._batch.bind("sensordata")
+        first = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
+        self._contact = np.array([first[f"{limb}_contact"] for limb in feet])
+        self._position = np.array(
+            [[first[f"{limb}_tip_pos"] + i for i in range(3)] for limb in feet]
+        )
+        self._velocity = np.array(
+            [[first[f"{limb}_tip_vel"] + i for i in range(3)] for limb in feet]
+        )
+        self._up = {i: first[f"{x}_foot_up"] for i, x in enumerate(feet) if x.endswith("leg")}
         self.fields = {k: self._batch.expand(v) for k, v in _FIELDS.items()}
         """Model fields of each robot, (n, ...); live."""
         names = [model.geom(i).name for i in range(model.ngeom)]
@@ -154,6 +164,11 @@ class CpuBatch:
         self._batch.state[:] = state["state"]
 
     @property
+    def blown_up(self) -> NDArray[np.bool_]:
+        """(n,) whether MuJoCo had to reset a simulation since its robot was last placed."""
+        return np.asarray(self._batch.warning[:, _BLOWN_UP, 1].any(axis=1))
+
+    @property
     def torque(self) -> Array:
         """(n, nu) servo torque at the output: drive minus back-EMF [N m]."""
         dof = self.at.dof
@@ -162,22 +177,22 @@ class CpuBatch:
     @property
     def contact(self) -> Array:
         """(n, f) 1 where a sole touches."""
-        return np.stack([c.data[:, 0] > 0 for c in self._contact], axis=1).astype(float)
+        return (self._sensor[:, self._contact] > 0).astype(float)
 
     @property
     def foot_tilt(self) -> Array:
         """(n, f) squared sine of the angle between a sole and the horizontal; 0 for grippers."""
         tilt = np.zeros((self.n, len(self._contact)))
-        for i, up in self._up.items():
-            tilt[:, i] = up.data[:, 0] ** 2 + up.data[:, 1] ** 2
+        for i, at in self._up.items():
+            tilt[:, i] = self._sensor[:, at] ** 2 + self._sensor[:, at + 1] ** 2
         return tilt
 
     @property
     def foot_position(self) -> Array:
         """(n, f, 3) sole points in the world [m]."""
-        return np.stack([p.data for p in self._position], axis=1)
+        return np.asarray(self._sensor[:, self._position])
 
     @property
     def foot_velocity(self) -> Array:
         """(n, f, 3) [m/s]."""
-        return np.stack([v.data for v in self._velocity], axis=1)
+        return np.asarray(self._sensor[:, self._velocity])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -12,9 +12,18 @@ from numpy.typing import NDArray
 from mobius.control.action import POLICY_DT, ActionFilter
 from mobius.control.bodies import body_of
 from mobius.control.clock import GaitClock
-from mobius.control.observation import History, Layout, build_frame, heading_twist
+from mobius.control.observation import (
+    History,
+    Layout,
+    build_frame,
+    heading_twist,
+    join_mirrors,
+    mirror_frame,
+    mirror_names,
+)
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot
+from mobius.model.joints import JOINTS
 from mobius.model.servo import servo_of
 from mobius.train import rewards
 from mobius.train.batch import CpuBatch, build_training_model
@@ -427,3 +436,21 @@ class LocomotionEnv:
             axis=1,
         )
         return self.history.push(seen), privileged
+
+    def mirror_privileged(self) -> tuple[NDArray[np.int64], Array]:
+        """Permutation and signs of the left-right mirror on the privileged view."""
+        joints = mirror_names([JOINTS[i] for i in self.sim.at.present])
+        feet = mirror_names(self.body.feet)
+        return join_mirrors(
+            mirror_frame(replace(self.layout, history=1), self.body),
+            _signs(1, -1, -1),  # velocity
+            _signs(1),  # height
+            joints,
+            *[feet] * 3,  # contact, height, air time
+            _signs(1, 1, -1, 1, 1),  # mass, centre of mass, friction
+            _signs(1),  # late
+        )
+
+
+def _signs(*signs: int) -> tuple[NDArray[np.int64], Array]:
+    return np.arange(len(signs)), np.array(signs, dtype=float)

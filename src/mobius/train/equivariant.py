@@ -1,10 +1,10 @@
-"""An actor that cannot prefer a side, by its structure: pi(M o) = M pi(o) exactly.
+"""Networks that cannot prefer a side, by their structure: pi(M o) = M pi(o), V(M o) = V(o).
 
 Hidden units come in pairs that the mirror swaps. A linear map that commutes with a swap is
 one matrix on the sums and another on the differences of the pairs, so a layer of k pairs
 costs half of a plain layer of 2 k units, and a quarter of running a plain network on the
-observation and on its mirror image. The robot is symmetric, so the best policy is; half
-of what there is to learn is gone, and no yaw bias can creep in.
+observation and on its mirror image. The robot is symmetric, so the best policy and its
+value are; half of what there is to learn is gone, and no yaw bias can creep in.
 """
 
 from __future__ import annotations
@@ -14,13 +14,11 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from rsl_rl.models import MLPModel
 from rsl_rl.utils import resolve_nn_activation
 from tensordict import TensorDict
 from torch import nn
-
-from mobius.control.bodies import body_of
-from mobius.control.observation import Layout, mirror_frame, mirror_joints
 
 _ROOT_HALF = 0.5**0.5
 
@@ -62,38 +60,46 @@ class PairMLP(nn.Module):
         return self.head(a), self.head(b)
 
 
-class EquivariantActor(MLPModel):
-    """rsl_rl's MLP actor with a :class:`PairMLP` inside.
+Mirror = tuple[NDArray[np.int64], NDArray[np.float64]]
+"""Permutation and signs of a vector: ``mirrored = sign * x[index]``."""
 
-    ``configure`` must be called before construction: rsl_rl builds actors from plain names.
+
+class Equivariant(MLPModel):
+    """rsl_rl's MLP with a :class:`PairMLP` inside: an actor whose mean action mirrors with the
+    observation, a critic whose value does not change.
+
+    ``configure`` must be called before construction: rsl_rl builds models from plain names.
     """
 
-    layout: Layout
-    body: str
+    mirrors: tuple[Mirror, Mirror]
 
     @classmethod
-    def configure(cls, layout: Layout, body: str) -> type[EquivariantActor]:
-        """A subclass for one observation layout and body."""
-        return type("EquivariantActor", (cls,), {"layout": layout, "body": body})
+    def configure(cls, observation: Mirror, output: Mirror) -> type[Equivariant]:
+        """A subclass for one observation and output."""
+        return type(cls.__name__, (cls,), {"mirrors": (observation, output)})
 
     def __init__(self, *args: Any, hidden_dims: list[int], activation: str, **kwargs: Any) -> None:
         super().__init__(*args, hidden_dims=hidden_dims, activation=activation, **kwargs)
-        body = body_of(self.body)
-        self.mlp = PairMLP(self.obs_dim, hidden_dims, len(body.joints), activation)
-        for name, (index, sign) in (
-            ("obs", mirror_frame(self.layout, body)),
-            ("act", mirror_joints(body)),
-        ):
+        outputs = len(self.mirrors[1][0])
+        self.mlp = PairMLP(self.obs_dim, hidden_dims, outputs, activation)
+        for name, (index, sign) in zip(("obs", "out"), self.mirrors, strict=True):
             self.register_buffer(f"{name}_index", torch.from_numpy(index), persistent=False)
             self.register_buffer(
                 f"{name}_sign", torch.from_numpy(sign.astype(np.float32)), persistent=False
             )
 
+    def inputs_of(self, raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Normalised observations (n, size) and their normalised mirror images."""
+        mirrored = raw.index_select(1, self.obs_index) * self.obs_sign
+        return self.obs_normalizer(raw), self.obs_normalizer(mirrored)
+
+    def join(self, ours: torch.Tensor, theirs: torch.Tensor) -> torch.Tensor:
+        """Mean output (n, k) of the network's two answers."""
+        return 0.5 * (ours + theirs.index_select(1, self.out_index) * self.out_sign)
+
     def mean_of(self, raw: torch.Tensor) -> torch.Tensor:
-        """Mean action (n, k) of raw observations (n, size)."""
-        mirrored = raw[:, self.obs_index] * self.obs_sign
-        straight, reflected = self.mlp(self.obs_normalizer(raw), self.obs_normalizer(mirrored))
-        return 0.5 * (straight + reflected[:, self.act_index] * self.act_sign)
+        """Mean output (n, k) of raw observations (n, size)."""
+        return self.join(*self.mlp(*self.inputs_of(raw)))
 
     def forward(
         self,

@@ -26,7 +26,7 @@ from mobius.model import robot
 from mobius.model.servo import servo_of
 from mobius.train.config import as_plain, gait_as_plain, preset_from
 from mobius.train.env import LocomotionEnv
-from mobius.train.equivariant import EquivariantActor
+from mobius.train.equivariant import Equivariant
 from mobius.train.learn import load_checkpoint, read_config
 from mobius.train.ppo import build_learner
 from mobius.train.presets import Preset
@@ -48,7 +48,7 @@ class ExportedActor(nn.Module):
 
     def forward(self, obs: torch.Tensor) -> torch.Tensor:
         """Deterministic action."""
-        if isinstance(self.actor, EquivariantActor):
+        if isinstance(self.actor, Equivariant):
             return self.actor.mean_of(obs)
         return self.actor.mlp(self.actor.obs_normalizer(obs))
 
@@ -190,6 +190,7 @@ def parity(path: Path, observations: NDArray[np.float32], expected: NDArray[np.f
 
 
 def write_onnx(actor: nn.Module, size: int, metadata: dict[str, Any], path: Path) -> None:
+    """Write a network (n, size) -> (n, k) as one ONNX file with ``metadata`` as JSON values."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(

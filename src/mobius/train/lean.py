@@ -15,29 +15,33 @@ from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 from torch import nn
 
-from mobius.train.equivariant import EquivariantActor
+from mobius.train.equivariant import Equivariant
 from mobius.train.parts import Workers, in_parts
 
 _HALF_LOG_2PI = 0.5 * math.log(2 * math.pi)
 
 
-class LeanModel(MLPModel):
-    """rsl_rl's MLP that accepts inputs which are normalised already."""
+class _Lean(MLPModel):
+    """What both networks have."""
 
     workers = Workers()
 
     def __init__(self, obs: TensorDict, obs_groups: Any, obs_set: str, *a: Any, **k: Any) -> None:
         super().__init__(obs, obs_groups, obs_set, *a, **k)
-        self.ready = f"{obs_set} ready"
-
-    def prepare(self, obs: TensorDict) -> dict[str, torch.Tensor]:
-        """The network's input (n, size) for observations (n, ...)."""
-        return {self.ready: self.get_latent(obs)}
+        self.ready, self.mirrored = f"{obs_set} ready", f"{obs_set} mirrored"
 
     def update_normalization(self, obs: TensorDict) -> None:
         """Take in observations (n, ...), in training."""
         if self.training and self.obs_normalization:
             learn_moments(self.obs_normalizer, torch.cat([obs[g] for g in self.obs_groups], dim=-1))
+
+
+class LeanModel(_Lean):
+    """rsl_rl's MLP that accepts inputs which are normalised already."""
+
+    def prepare(self, obs: TensorDict) -> dict[str, torch.Tensor]:
+        """The network's input (n, size) for observations (n, ...)."""
+        return {self.ready: self.get_latent(obs)}
 
     def forward(
         self,
@@ -55,32 +59,14 @@ class LeanModel(MLPModel):
         return out
 
 
-class LeanEquivariant(EquivariantActor):
-    """The equivariant actor that accepts inputs which are normalised and mirrored already."""
-
-    workers = Workers()
+class LeanEquivariant(Equivariant, _Lean):
+    """The equivariant network that accepts inputs which are normalised and mirrored already."""
 
     def prepare(self, obs: TensorDict) -> dict[str, torch.Tensor]:
         """The network's two inputs (n, size) for observations (n, ...)."""
         raw = torch.cat([obs[group] for group in self.obs_groups], dim=-1)
-        straight, mirrored = self._inputs(raw)
-        return {"straight": straight, "mirrored": mirrored}
-
-    def _inputs(self, raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        mirrored = raw.index_select(1, self.obs_index) * self.obs_sign
-        return self.obs_normalizer(raw), self.obs_normalizer(mirrored)
-
-    def _mean(self, ours: torch.Tensor, theirs: torch.Tensor) -> torch.Tensor:
-        return 0.5 * (ours + theirs.index_select(1, self.act_index) * self.act_sign)
-
-    def mean_of(self, raw: torch.Tensor) -> torch.Tensor:
-        """Mean action (n, k) of raw observations (n, size)."""
-        return self._mean(*self.mlp(*self._inputs(raw)))
-
-    def update_normalization(self, obs: TensorDict) -> None:
-        """Take in observations (n, ...), in training."""
-        if self.training and self.obs_normalization:
-            learn_moments(self.obs_normalizer, torch.cat([obs[g] for g in self.obs_groups], dim=-1))
+        straight, mirrored = self.inputs_of(raw)
+        return {self.ready: straight, self.mirrored: mirrored}
 
     def forward(
         self,
@@ -89,12 +75,13 @@ class LeanEquivariant(EquivariantActor):
         hidden_state: Any = None,
         stochastic_output: bool = False,
     ) -> torch.Tensor:
-        """As :meth:`EquivariantActor.forward`; of prepared inputs the mean, never a sample."""
-        if "straight" not in obs.keys():  # noqa: SIM118
+        """As :meth:`Equivariant.forward`; of prepared inputs the mean, never a sample."""
+        if self.ready not in obs.keys():  # noqa: SIM118
             return super().forward(obs, masks, hidden_state, stochastic_output)
-        ours, theirs = in_parts(self.workers, self.mlp, obs["straight"], obs["mirrored"])
-        mean = self._mean(ours, theirs)
-        self.distribution.update(mean)
+        inputs = obs[self.ready], obs[self.mirrored]
+        mean = self.join(*in_parts(self.workers, self.mlp, *inputs))
+        if self.distribution is not None:
+            self.distribution.update(mean)
         return mean
 
 

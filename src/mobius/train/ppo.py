@@ -13,10 +13,14 @@ from __future__ import annotations
 import contextlib
 import io
 
+import numpy as np
 import torch
 from rsl_rl.algorithms import PPO
 from tensordict import TensorDict
 
+from mobius.control.observation import join_mirrors, mirror_frame, mirror_joints
+from mobius.train.env import LocomotionEnv
+from mobius.train.equivariant import Mirror
 from mobius.train.lean import LeanEquivariant, LeanGaussian, LeanModel, LeanStorage, use_lean_elu
 from mobius.train.parts import Workers
 from mobius.train.presets import Preset
@@ -35,11 +39,9 @@ def build_learner(preset: Preset, vec: RslVecEnv, threads: int = 1) -> PPO:
     torch.set_num_threads(1)
     cfg = preset.runner(actor_class="MLPModel")
     cfg["algorithm"]["class_name"] = LeanPPO
-    if preset.symmetric:
-        cfg["actor"]["class_name"] = LeanEquivariant.configure(vec.env.layout, preset.env.body)
-    else:
-        cfg["actor"]["class_name"] = LeanModel
-    cfg["critic"]["class_name"] = LeanModel
+    for name, mirrors in build_mirrors(preset, vec.env).items():
+        own = LeanEquivariant.configure(*mirrors) if preset.symmetric else LeanModel
+        cfg[name]["class_name"] = own
     cfg["actor"]["distribution_cfg"]["class_name"] = LeanGaussian
     cfg["multi_gpu"] = None
     obs = vec.get_observations()
@@ -55,6 +57,14 @@ def build_learner(preset: Preset, vec: RslVecEnv, threads: int = 1) -> PPO:
     (group,) = learner.optimizer.param_groups
     learner.optimizer = torch.optim.Adam(group["params"], lr=group["lr"], fused=True)
     return learner
+
+
+def build_mirrors(preset: Preset, env: LocomotionEnv) -> dict[str, tuple[Mirror, Mirror]]:
+    """Mirror of what actor and critic see, and of what they say."""
+    seen, actions = mirror_frame(env.layout, env.body), mirror_joints(env.body)
+    value = np.zeros(1, dtype=np.int64), np.ones(1)
+    all_seen = join_mirrors(seen, env.mirror_privileged()) if preset.privileged else seen
+    return {"actor": (seen, actions), "critic": (all_seen, value)}
 
 
 class LeanPPO(PPO):

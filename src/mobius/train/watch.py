@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 from mujoco.batch import SimulationError
 from numpy.typing import NDArray
@@ -18,12 +17,6 @@ from mobius.train.rewards import Signals
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
-
-_BLOWN_UP = [
-    mujoco.mjtWarning.mjWARN_BADQPOS.value,
-    mujoco.mjtWarning.mjWARN_BADQVEL.value,
-    mujoco.mjtWarning.mjWARN_BADQACC.value,
-]
 
 
 class NotFinite(FloatingPointError):
@@ -73,8 +66,7 @@ class WatchedEnv(LocomotionEnv):
 
     def _signals(self) -> Signals:
         """Comes right after the physics, before blown-up robots are placed anew."""
-        counts = self.sim._batch.warning[:, _BLOWN_UP, 1]  # (n, kinds) since the last placing
-        blown = counts.any(axis=1)
+        blown = self.sim.blown_up
         if blown.mean() > self.cfg.blow_ups:
             raise NotFinite(np.flatnonzero(blown), "physics")
         signals = super()._signals()
