@@ -400,30 +400,30 @@ class LocomotionEnv:
         self.clock.refresh(self.command)  # new commands have come since it ran
         q, v_B, w_B = self._truth()
         joints = self.sim.qpos[:, self._q_at]
-        common: dict[str, Any] = dict(
+        nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
+        self.seen_speed = np.linalg.norm(rotate(nq, nv)[:, :2], axis=1)
+        self.seen = dict(q_OB=nq, v_B=nv, w_B=nw, joints=nj)
+        true = dict(q_OB=q, v_B=v_B, w_B=w_B, joints=joints)
+        own = dict(
             yaw0=self.yaw0,
-            default=self.default,
             action=self.filter.last,
             command=self.command,
             clock=self.clock.observe(),
         )
-        nq, nv, nw, nj = self.randomiser.noisy(q, v_B, w_B, joints)
-        self.seen_speed = np.linalg.norm(rotate(nq, nv)[:, :2], axis=1)
-        self.seen = dict(q_OB=nq, v_B=nv, w_B=nw, joints=nj)
-        noisy = build_frame(self.layout, self.body, q_OB=nq, v_B=nv, w_B=nw, joints=nj, **common)
+        both = {k: np.concatenate([v, true[k]]) for k, v in self.seen.items()}
+        both |= {k: np.concatenate([v, v]) for k, v in own.items()}
+        frames = build_frame(self.layout, self.body, default=self.default, **both)
+        noisy, true_frame = frames[: self.n], frames[self.n :]  # one call costs little more
         fresh = np.isnan(self.frames[:, 0, 0])
         self.frames[:, 1:] = self.frames[:, :-1].copy()
         self.frames[:, 0] = noisy
         self.frames[fresh] = noisy[fresh, None, :]
         seen = self.frames[np.arange(self.n), self.randomiser.delay()]
-        own = 5 if self.layout.clock else 3  # command and clock are the robot's own: never late
-        seen = np.concatenate([seen[:, :-own], noisy[:, -own:]], axis=1)
-        true = build_frame(
-            self.layout, self.body, q_OB=q, v_B=v_B, w_B=w_B, joints=joints, **common
-        )
+        tail = 5 if self.layout.clock else 3  # command and clock are the robot's own: never late
+        seen = np.concatenate([seen[:, :-tail], noisy[:, -tail:]], axis=1)
         privileged = np.concatenate(
             [
-                true,
+                true_frame,
                 self.velocity,
                 self.height[:, None] - self.height0,
                 self.sim.qvel[:, self.sim.at.dof] * 0.2,

@@ -227,10 +227,10 @@ _CRAWL = Preset(
     steps=5_222_400,
     anneal=(3_000_000, 5_000_000),
     late=(
-        3_000_000,
+        2_600_000,
         {
-            "tracking_linear": 3.5,
-            "tracking_far": 1.5,
+            "tracking_linear": 4.0,
+            "tracking_far": 2.0,
             "power": -0.012,
             "joint_speed": -0.15,
             "height": -60.0,
@@ -240,10 +240,10 @@ _CRAWL = Preset(
             "scuff": -1.0,
             "swing_height": -1.5,
             "chatter": -4.0,
-            "landing": -4.0,
+            "landing": -6.0,
             "impact": -4.0,
-            "skim": -2.0,
-            "creep": -0.6,
+            "skim": -6.0,
+            "creep": -0.8,
         },
     ),
 )
