@@ -47,17 +47,14 @@ def evaluate(name: str, what: list[str], seeds: int) -> Iterator[tuple[str, dict
 
 def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
     """The model card as Markdown."""
-    curve = meta.get("curve", {})
     lines = [
         f"# {name}.onnx",
         "",
-        f"Body `{meta['body']}`, preset `{meta['preset']}`, seed {meta['seed']},"
-        f" {meta['steps'] / 1e6:.1f} M environment steps, exported at commit"
-        f" `{meta.get('git', '?')}`.",
-        f"Sees {meta['frame']} frames x {meta['history']}"
+        f"Body `{meta['body']}`. Sees {meta['frame']} frames x {meta['history']}"
         + (" and a gait clock" if meta["clock"] else "")
         + f"; moves {len(meta['joints'])} joints at 60 Hz by Eq. (2).",
         "",
+        *_training_lines(meta),
         "## Figures",
         "",
         "In the whole stack: full collision geometry, physics at 1/600 s, friction, mass, servos,",
@@ -65,7 +62,6 @@ def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
         "`python benchmarks/policies.py` prints them.",
         "",
     ]
-    del curve
     for key in ("tracking", "paper_speed"):
         if key in figures:
             lines += _tracking_lines(key, figures[key])
@@ -81,6 +77,8 @@ def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
         for kind, t in figures["terrain"]["kinds"].items():
             lines.append(f"| {kind} | {t['survived']} of {t['episodes']} | {t['distance_m']:.1f} |")
         lines.append("")
+    if "robustness" in figures:
+        lines += _robustness_lines(figures["robustness"])
     lines += [
         "## Limits",
         "",
@@ -89,6 +87,38 @@ def build_card(name: str, meta: dict[str, Any], figures: dict[str, Any]) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _training_lines(meta: dict[str, Any]) -> list[str]:
+    """What it was trained with, and where training ended."""
+    ground = meta["config"]["env"].get("terrain")
+    lines = [
+        f"Trained with preset `{meta['preset']}`, seed {meta['seed']},"
+        f" {meta['steps'] / 1e6:.1f} M environment steps in {meta['wall_s'] / 60:.0f} min on"
+        f" {'uneven ground' if ground else 'a flat floor'}; exported at commit"
+        f" `{meta.get('git', '?')}`.",
+    ]
+    if meta.get("warm_start"):
+        lines[0] += f" Went on from a run of {meta['warm_start']['steps'] / 1e6:.1f} M steps."
+    if meta.get("curve"):
+        head = meta["curve_columns"]
+        rows = [
+            meta["curve"][i] for i in sorted({0, len(meta["curve"]) // 2, -1 % len(meta["curve"])})
+        ]
+        lines += ["", "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+        lines += ["| " + " | ".join(f"{v:g}" for v in row) + " |" for row in rows]
+    return [*lines, ""]
+
+
+def _robustness_lines(r: dict[str, Any]) -> list[str]:
+    """Survival along every swept quantity."""
+    lines = ["| changed alone | value: share without a fall in 10 s |", "|---|---|"]
+    for sweep in r["sweeps"].values():
+        cells = zip(sweep["values"], sweep["survival"], strict=True)
+        lines.append(
+            f"| {sweep['what']} | " + ", ".join(f"{v:g}: {s:.0%}" for v, s in cells) + " |"
+        )
+    return [*lines, ""]
 
 
 def _tracking_lines(key: str, t: dict[str, Any]) -> list[str]:
