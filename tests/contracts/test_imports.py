@@ -34,8 +34,9 @@ LAYERS = (
 HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
-    "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime", "packaging", "PIL",
-    "rosbags", "rsl_rl", "scipy", "torch", "tqdm", "tyro", "yaml",
+    "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
+    "packaging", "PIL", "pyscipopt", "rosbags", "rsl_rl", "scipy", "torch", "tqdm", "tyro",
+    "yaml",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 

@@ -33,8 +33,13 @@ def draw(picture: str, *, cell: float = 0.5) -> GridMap:
     return GridMap("drawing", cell, np.zeros(3), blocked, allowed, place.get("S"), place.get("G"))
 
 
-def draw_problem(rng: np.random.Generator, *, side: tuple[int, int] = (3, 5)) -> Problem:
-    """A small problem with every option drawn at random; horizon 0 until replaced."""
+def draw_problem(
+    rng: np.random.Generator, *, side: tuple[int, int] = (3, 5), moving: bool = False
+) -> Problem:
+    """A small problem with every option drawn at random; horizon 0 until replaced.
+
+    With ``moving`` some cells were seen before and some close for a while.
+    """
     nx, ny = (int(v) for v in rng.integers(side[0], side[1] + 1, size=2))
     blocked = rng.random((nx, ny)) < rng.choice([0.0, 0.2, 0.35])
     allowed = np.where(
@@ -63,6 +68,8 @@ def draw_problem(rng: np.random.Generator, *, side: tuple[int, int] = (3, 5)) ->
         must_reach=bool(rng.integers(2)),
         early_stop=bool(rng.integers(2)),
         cell_cost=rng.integers(0, 40, (nx, ny)) / 8 if rng.integers(2) else None,
+        seen=rng.random((nx, ny)) < 0.3 if moving and rng.integers(3) else None,
+        closed=rng.random((rng.integers(1, 6), nx, ny)) < 0.12 if moving else None,
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from mobius.plan import (
     RECONSTRUCTED_WEIGHTS,
+    NoPlan,
     Problem,
     Weights,
     build_problem,
@@ -24,17 +25,21 @@ from mobius.types import GridMap, Mode
 MAX_LEAVES = 500
 
 
-def legal_steps(p: Problem) -> dict:
+def legal_steps(p: Problem, t: int = 0) -> dict:
     cells = [(i, j) for i in range(p.grid.shape[0]) for j in range(p.grid.shape[1])]
     return {
-        a: [(b, m) for b in cells for m in p.modes if not broken_rule(p, a, b, m)]
+        a: [(b, m) for b in cells for m in p.modes if not broken_rule(p, a, b, m, t)]
         for a in cells
         if not p.grid.blocked[a]
     }
 
 
-def brute_force(p: Problem, steps: dict) -> float:
-    """The best objective over every path there is, -inf if there is none."""
+def brute_force(p: Problem, steps: dict, *later: dict) -> float:
+    """The best objective over every path there is, -inf if there is none.
+
+    ``steps`` are the legal steps at time 0, ``later`` those at 1, 2, ...; the last ones hold on.
+    """
+    at = [steps, *later]
     best = -np.inf
     stack = [([p.start], [])]
     while stack:
@@ -43,7 +48,8 @@ def brute_force(p: Problem, steps: dict) -> float:
         if (t == p.horizon or p.early_stop) and (cells[-1] == p.goal or not p.must_reach):
             best = max(best, objective_of(p, cells, modes))
         if t < p.horizon:
-            stack += [([*cells, b], [*modes, m]) for b, m in steps[cells[-1]]]
+            now = at[min(t, len(at) - 1)]
+            stack += [([*cells, b], [*modes, m]) for b, m in now[cells[-1]]]
     return best
 
 
@@ -81,6 +87,23 @@ def test_the_search_agrees_with_brute_force(seed, random_problem):
         assert plan.objective == pytest.approx(truth, abs=1e-9)
         feasible += 1
     assert feasible > 15
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_search_agrees_with_brute_force_where_things_move_and_were_seen(seed, random_problem):
+    p = random_problem(np.random.default_rng([seed, 77]), side=(3, 4), moving=True)
+    steps = [legal_steps(p, t) for t in range(len(p.closed) + 1)]
+    p = replace(p, horizon=max(largest_horizon(replace(p, closed=None), legal_steps(p)), 1))
+    best = brute_force(p, *steps)
+    plan = solve(p, deadline_s=None, raise_infeasible=False)
+    if best == -np.inf:
+        assert plan.status == "infeasible"
+        with pytest.raises(NoPlan):
+            solve(p)
+        return
+    check(p, plan)
+    assert plan.status == "optimal"
+    assert plan.objective == pytest.approx(best)
 
 
 @pytest.mark.parametrize(

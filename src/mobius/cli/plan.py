@@ -30,6 +30,11 @@ class PlanVerb:
     """T: number of steps, >= 0; the fewest that reach the goal if left out."""
     modes: tuple[str, ...] = ("biped", "crawl", "roll")
     """Body modes the plan may use: biped, crawl, roll."""
+    solver: str = "exact"
+    """exact (our own search), didp, scip or gurobi (each with its package installed), brute
+    (every path of a tiny problem), or a solver that another package brings."""
+    count: str = "sweep"
+    """sweep: the cell under a long crawl step is seen too; endpoint: only cells stopped on."""
     deadline: float = 2.0
     """Wall time for the search [s], > 0; the best plan by then is returned with its gap."""
     json: bool = False
@@ -38,19 +43,25 @@ class PlanVerb:
     def __call__(self) -> int:
         """Solve and print."""
         from mobius import mission
-        from mobius.plan import NoPlan, build_problem, check, solve
+        from mobius.plan import NoPlan, build_problem, check
+        from mobius.plan.solvers import solver_of
         from mobius.results import plan_as_json
 
         if self.horizon is not None:
             at_least("--horizon", self.horizon, 0)
         if not self.deadline > 0:
             raise InvalidInput(f"--deadline: expected seconds > 0, got {self.deadline}")
+        solver = solver_of(self.solver)
         world = mission.open_world(self.map, start=self.start, goal=self.goal)
         try:
             problem = build_problem(
-                world.grid, horizon=self.horizon, modes=self.modes, must_reach=self.horizon is None
+                world.grid,
+                horizon=self.horizon,
+                modes=self.modes,
+                count=self.count,  # type: ignore[arg-type]  # Problem says what it may be
+                must_reach=self.horizon is None,
             )
-            plan = solve(problem, deadline_s=self.deadline)
+            plan = solver(problem, self.deadline)
         except NoPlan as error:
             print(f"mobius: {error}", file=sys.stderr)
             if self.json:

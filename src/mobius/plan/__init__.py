@@ -11,6 +11,7 @@ from mobius.plan.actions import Action as Action
 from mobius.plan.actions import actions_for as actions_for
 from mobius.plan.build import build_problem as build_problem
 from mobius.plan.build import literal_problem as literal_problem
+from mobius.plan.check import broken_rule as broken_rule
 from mobius.plan.check import cells_seen as cells_seen
 from mobius.plan.check import check as check
 from mobius.plan.check import objective_of as objective_of
@@ -22,4 +23,5 @@ from mobius.plan.maps import reconstructed_map as reconstructed_map
 from mobius.plan.problem import NoPlan as NoPlan
 from mobius.plan.problem import Problem as Problem
 from mobius.plan.problem import Weights as Weights
+from mobius.plan.replan import Planner as Planner
 from mobius.plan.solve import solve as solve

@@ -5,8 +5,10 @@ pay, and the best value with k steps to go depends on the cell alone:
 
     U_0(c) = stop(c),      U_k(c) = max_a [ W (1 + seen_a(c)) - cost_a(c) + U_{k-1}(c + d_a) ]
 
-A cell is counted when it is left, and the last one by ``stop`` (if the problem counts it).
-U_T(start) bounds every plan, and a path that attains it without visiting twice is optimal.
+where cells seen before the plan count 0, and with k steps to go only steps are allowed that
+what moves leaves open at that time. A cell is counted when it is left, and the last one by
+``stop`` (if the problem counts it). U_T(start) bounds every plan, and a path that attains it
+without visiting twice is optimal.
 
 Cells are numbered row by row in a frame three cells wider on every side, so that a step is
 one fixed offset in the flat index and nothing wraps round.
@@ -46,11 +48,15 @@ class Arcs:
     valid: NDArray[np.bool_]
     """(A, N) whether the step is legal from the cell."""
     n_seen: Array
-    """(A, N) cells counted between departure and landing (a blocked one never is)."""
+    """(A, N) cells that may earn between departure and landing (a blocked one never does)."""
     cost: Array
     """(A, N) P[mode] plus the cell costs entered [points]."""
     free: NDArray[np.bool_]
     """(N,)."""
+    pays: NDArray[np.bool_]
+    """(N,) free cells that were not seen before."""
+    touch: tuple[tuple[int, ...], ...]
+    """A tuples of flat offsets of cells that must be open while the step is made."""
 
     def flat(self, cell: tuple[int, int]) -> int:
         """Flat index of a cell."""
@@ -69,7 +75,7 @@ def build_arcs(problem: Problem) -> Arcs:
     def pad(a: NDArray, fill: float | bool) -> NDArray:
         return np.pad(a, PAD, constant_values=fill).ravel()
 
-    free = pad(~grid.blocked, False)
+    free, pays = pad(~grid.blocked, False), pad(problem.pays, False)
     N = len(free)
     lo, hi = int(np.argmax(free)), N - int(np.argmax(free[::-1]))
     inside = slice(lo, hi)
@@ -77,7 +83,7 @@ def build_arcs(problem: Problem) -> Arcs:
     costs = pad(problem.costs, 0.0)
     costly = bool(costs.any())
     actions = problem.actions
-    offset, seen = [], []
+    offset, seen, touch = [], [], []
     valid = np.zeros((len(actions), N), dtype=bool)
     n_seen, cost = np.zeros((len(actions), N)), np.zeros((len(actions), N))
     for a, act in enumerate(actions):
@@ -93,14 +99,23 @@ def build_arcs(problem: Problem) -> Arcs:
             legal &= free[lo + to : hi + to]
         counted = between if problem.count == "sweep" and act.mode is not Mode.ROLL else []
         for o in counted:
-            n_seen[a, inside] += free[lo + o : hi + o]
+            n_seen[a, inside] += pays[lo + o : hi + o]
         cost[a] = problem.weights.P[act.mode]
         for o in (*between, to) if costly and act.d != (0, 0) else ():
             cost[a, inside] += costs[lo + o : hi + o]
         valid[a, inside] = legal
         offset.append(to)
         seen.append(tuple(counted))
-    return Arcs(stride, lo, hi, tuple(offset), tuple(seen), valid, n_seen, cost, free)
+        touch.append((*between, *corners, to) if problem.check == "swept" else (to,))
+    return Arcs(
+        stride, lo, hi, tuple(offset), tuple(seen), valid, n_seen, cost, free, pays, tuple(touch)
+    )
+
+
+def closed_cells(problem: Problem, arcs: Arcs, k: int) -> NDArray[np.bool_] | None:
+    """(N,) cells that the step with ``k`` steps to go may not enter, or ``None``."""
+    occupied = problem.closed_between(problem.horizon - k)
+    return None if occupied is None else np.pad(occupied, PAD).ravel()
 
 
 def terminal_value(problem: Problem, arcs: Arcs) -> Array:
@@ -129,12 +144,12 @@ def dp_bound(problem: Problem, arcs: Arcs, *, W_exp: float | None = None) -> Arr
     W = problem.weights.W_exp if W_exp is None else W_exp
     N, lo, hi = arcs.valid.shape[1], arcs.lo, arcs.hi
     inside = slice(lo, hi)
-    stop = terminal_value(problem, arcs) + (W if problem.count_terminal else 0.0)
+    stop = terminal_value(problem, arcs) + W * (arcs.pays if problem.count_terminal else 0.0)
     U = np.full((problem.horizon + 1, N), -np.inf)
     U[0] = stop
     used = [a for a in range(len(arcs.offset)) if arcs.valid[a].any()]
     gain = [
-        np.where(arcs.valid[a], W * (1 + arcs.n_seen[a]) - arcs.cost[a], -np.inf)[inside]
+        np.where(arcs.valid[a], W * (arcs.pays + arcs.n_seen[a]) - arcs.cost[a], -np.inf)[inside]
         for a in used
     ]
     candidate = np.empty(hi - lo)
@@ -142,9 +157,12 @@ def dp_bound(problem: Problem, arcs: Arcs, *, W_exp: float | None = None) -> Arr
         best = U[k, inside]
         if problem.early_stop:
             best[:] = stop[inside]
+        occupied = closed_cells(problem, arcs, k)
         for a, g in zip(used, gain, strict=True):
             o = arcs.offset[a]
             np.add(g, U[k - 1, lo + o : hi + o], out=candidate)
+            for s in () if occupied is None else arcs.touch[a]:
+                candidate[occupied[lo + s : hi + s]] = -np.inf
             np.maximum(best, candidate, out=best)
     return U
 
@@ -198,7 +216,7 @@ def capacity_bound(problem: Problem, arcs: Arcs) -> float:
         in_time = arcs.valid[a, here] & (out[here] + 1 + home[lo + o : hi + o] <= T)
         for s in arcs.seen[a]:
             coverable[lo + s : hi + s] |= in_time
-    coverable &= arcs.free
+    coverable &= arcs.pays
     rest = dp_bound(replace(problem, count_terminal=False), arcs, W_exp=0.0)
     return float(
         problem.weights.W_exp * np.count_nonzero(coverable)

@@ -42,6 +42,8 @@ def build_problem(
     must_reach: bool = False,
     early_stop: bool = False,
     cell_cost: ArrayLike | None = None,
+    seen: ArrayLike | None = None,
+    closed: ArrayLike | None = None,
 ) -> Problem:
     """State the planning problem of Table IV on a map.
 
@@ -68,6 +70,9 @@ def build_problem(
         must_reach: Whether the last cell must be the goal.
         early_stop: Whether fewer than T steps may be taken.
         cell_cost: (nx, ny) points >= 0 subtracted for every cell a step enters.
+        seen: (nx, ny) cells that were seen before and earn nothing.
+        closed: (K, nx, ny) cells that something else occupies at step 0, 1, ..., see
+            :class:`Problem`. The fewest steps (``horizon`` left out) do not look at it.
 
     Raises:
         MapError: Start or goal is off the map, in an obstacle, or on ground that none of
@@ -95,6 +100,8 @@ def build_problem(
         must_reach=must_reach,
         early_stop=early_stop,
         cell_cost=None if cell_cost is None else np.asarray(cell_cost, dtype=float),
+        seen=None if seen is None else np.asarray(seen, dtype=bool),
+        closed=None if closed is None else np.asarray(closed, dtype=bool),
     )
     if horizon is not None:
         return problem
@@ -137,6 +144,12 @@ def why_no_plan(problem: Problem) -> NoPlan | None:
     T = problem.horizon
     if np.isfinite(dp_bound(problem, arcs)[T, here]):
         return None
+    if problem.closed is not None and why_no_plan(replace(problem, closed=None)) is None:
+        return NoPlan(
+            f"what moves leaves no path of {T} steps from the start"
+            f" {_metres(problem, problem.start)}; pass allow_stay=True to wait, early_stop=True,"
+            " or another horizon"
+        )
     if not problem.must_reach:
         return NoPlan(
             f"no path of {T} steps exists from the start {_metres(problem, problem.start)}: the"

@@ -34,14 +34,14 @@ def check(problem: Problem, plan: Plan) -> None:
     _check_ends(problem, plan, cells)
     _check_length(problem, len(plan.modes))
     for t, mode in enumerate(plan.modes):
-        broken = broken_rule(problem, cells[t], cells[t + 1], mode)
+        broken = broken_rule(problem, cells[t], cells[t + 1], mode, t)
         if broken:
             raise PlanError(f"step {t}: {broken}")
     _check_claims(problem, plan, cells)
 
 
-def broken_rule(problem: Problem, a: Cell, b: Cell, mode: Mode) -> str | None:
-    """The rule that a single step from cell ``a`` to cell ``b`` breaks, or ``None``."""
+def broken_rule(problem: Problem, a: Cell, b: Cell, mode: Mode, t: int = 0) -> str | None:
+    """The rule that a single step from cell ``a`` at time ``t`` to ``b`` breaks, or ``None``."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     if mode not in problem.modes:
         return f"mode '{mode}' is not among the problem's modes {', '.join(problem.modes)}"
@@ -49,7 +49,24 @@ def broken_rule(problem: Problem, a: Cell, b: Cell, mode: Mode) -> str | None:
         return f"cell {b} is off the grid of {problem.grid.shape} cells"
     if problem.grid.blocked[b]:
         return f"lands in an obstacle at cell {b}"
-    return _broken_length(problem, dx, dy, mode) or _broken_ground(problem, a, b, mode)
+    return (
+        _broken_length(problem, dx, dy, mode)
+        or _broken_ground(problem, a, b, mode)
+        or _broken_meeting(problem, a, b, t)
+    )
+
+
+def _broken_meeting(problem: Problem, a: Cell, b: Cell, t: int) -> str | None:
+    """What moves: nothing may be entered that is closed before or after the step."""
+    if problem.closed is None:
+        return None
+    crossed, touched = _between(a, b) if problem.check == "swept" else ([], [])
+    for when in (t, t + 1):
+        closed = problem.closed[min(when, len(problem.closed) - 1)]
+        for c in (*crossed, *touched, b):
+            if closed[c]:
+                return f"enters cell {c}, which is closed at step {when}"
+    return None
 
 
 def _broken_length(problem: Problem, dx: int, dy: int, mode: Mode) -> str | None:
@@ -116,7 +133,7 @@ def _between(a: Cell, b: Cell) -> tuple[list[Cell], list[Cell]]:
 
 
 def cells_seen(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> set[Cell]:
-    """The cells that count as seen along a path.
+    """The cells that count as seen along a path, those seen before it left out.
 
     Args:
         problem: Says what counts (``count``, ``count_terminal``).
@@ -129,7 +146,7 @@ def cells_seen(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> set
         for a, b, mode in zip(path[:-1], path[1:], modes, strict=True):
             if mode is not Mode.ROLL:
                 seen.update(c for c in _between(a, b)[0] if not problem.grid.blocked[c])
-    return seen
+    return seen if problem.seen is None else {c for c in seen if not problem.seen[c]}
 
 
 def objective_of(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> float:

@@ -131,6 +131,12 @@ class Problem:
     cell_cost: NDArray[np.float64] | None = None
     """(nx, ny) points >= 0 subtracted for every cell a step enters (crossed or landed on,
     each time), e.g. for coming close to walls; ``None`` is all zero."""
+    seen: NDArray[np.bool_] | None = None
+    """(nx, ny) cells that were seen before the plan begins and earn nothing; ``None``: none."""
+    closed: NDArray[np.bool_] | None = None
+    """(K, nx, ny) cells that something else occupies at step t = 0, 1, ...; the last one holds
+    from K - 1 on. A step from t to t + 1 may neither cross nor land on what is closed at t or
+    at t + 1, so that nothing is met and nothing swaps places. ``None``: nothing moves."""
 
     def __post_init__(self) -> None:
         for name, kind in (("connectivity", Connectivity), ("count", Count), ("check", Check)):
@@ -154,6 +160,12 @@ class Problem:
         frozen_array(self, "cell_cost", cost, self.grid.shape)
         if np.min(cost) < 0:
             raise InvalidInput(f"Problem.cell_cost: expected costs >= 0, got {np.min(cost)}")
+        if self.seen is not None:
+            frozen_array(self, "seen", self.seen, self.grid.shape, np.bool_)
+        if self.closed is not None:
+            frozen_array(self, "closed", self.closed, (None, *self.grid.shape), np.bool_)
+            if len(self.closed) == 0:
+                raise InvalidInput("Problem.closed: expected at least one step, got none")
 
     def _check_horizon(self) -> None:
         T = self.horizon
@@ -172,6 +184,19 @@ class Problem:
     def actions(self) -> tuple[Action, ...]:
         """Every kind of step, in a fixed order."""
         return actions_for(self.modes, self.connectivity, allow_stay=self.allow_stay)
+
+    def closed_between(self, t: int) -> NDArray[np.bool_] | None:
+        """(nx, ny) cells that a step from t to t + 1 may not enter; ``None`` where all may."""
+        if self.closed is None:
+            return None
+        last = len(self.closed) - 1
+        occupied = self.closed[min(t, last)] | self.closed[min(t + 1, last)]
+        return occupied if occupied.any() else None
+
+    @property
+    def pays(self) -> NDArray[np.bool_]:
+        """(nx, ny) cells whose first visit earns ``W_exp``."""
+        return ~self.grid.blocked if self.seen is None else ~self.grid.blocked & ~self.seen
 
     @property
     def costs(self) -> NDArray[np.float64]:

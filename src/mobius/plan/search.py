@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.plan.bounds import Arcs, terminal_value
+from mobius.plan.bounds import Arcs, closed_cells, terminal_value
 from mobius.plan.problem import Problem
+from mobius.types import Mode
 
 __all__ = ["Budget", "Found", "Space", "beam", "greedy"]
 
@@ -36,6 +37,8 @@ class Successor(NamedTuple):
     seen: int
     """Bits counted by the step: the departure and what lies between."""
     cost: float
+    touch: int
+    """Bits of the cells that must be open while the step is made."""
 
 
 class Found(NamedTuple):
@@ -78,12 +81,29 @@ class Space:
         self._end: list[float] = terminal_value(problem, arcs).tolist()
         self._next: dict[int, tuple[Successor, ...]] = {}
         self._around: dict[int, int] = {}
+        self._pays: list[bool] = arcs.pays.tolist()
+        self._closed = [self._bits(closed_cells(problem, arcs, k)) for k in range(self.T + 1)]
+        self.before = self._bits(arcs.free & ~arcs.pays)
+        """Bits of the cells that were seen before the plan."""
 
     def row(self, k: int) -> list[float]:
         """Bound table with k steps to go, per flat cell, as Python floats."""
         if k not in self._rows:
             self._rows[k] = self._U[k].tolist()
         return self._rows[k]
+
+    @staticmethod
+    def _bits(cells: NDArray[np.bool_] | None) -> int:
+        if cells is None:
+            return 0
+        packed = np.packbits(cells, bitorder="little")
+        return int.from_bytes(packed.tobytes(), "little")
+
+    def open_steps(self, k: int, cell: int) -> Iterable[Successor]:
+        """Steps from a cell with k steps to go."""
+        closed = self._closed[k]
+        steps = self.successors(cell)
+        return steps if not closed else [s for s in steps if not s.touch & closed]
 
     def successors(self, cell: int) -> tuple[Successor, ...]:
         """Steps from a cell; of steps alike in all but cost only the cheapest."""
@@ -94,12 +114,23 @@ class Space:
                 for o in arcs.seen[a]:
                     if arcs.free[cell + o]:
                         seen |= 1 << (cell + o)
-                step = Successor(a, cell + arcs.offset[a], seen, float(arcs.cost[a, cell]))
+                touch = 0
+                for o in arcs.touch[a]:
+                    touch |= 1 << (cell + o)
+                step = Successor(a, cell + arcs.offset[a], seen, float(arcs.cost[a, cell]), touch)
                 old = best.get((step.to, seen))
                 if old is None or step.cost < old.cost:
                     best[step.to, seen] = step
             self._next[cell] = tuple(best.values())
         return self._next[cell]
+
+    def action(self, cell: int, to: int, mode: Mode) -> int:
+        """The action of that mode from a cell to another."""
+        return next(
+            a
+            for a in np.flatnonzero(self.arcs.valid[:, cell]).tolist()
+            if cell + self.arcs.offset[a] == to and self.problem.actions[a].mode is mode
+        )
 
     def neighbours(self, cell: int) -> int:
         """Bits of the cells one step can land on."""
@@ -126,8 +157,10 @@ class Space:
     def completed(self, k: int, cell: int, visited: int, score: float) -> float:
         """Bound on the objective of a path that is here with k steps to go."""
         bound = score + self.row(k)[cell]
-        if visited >> cell & 1 and (
-            self.problem.count_terminal or (k > 0 and not self.problem.early_stop)
+        if (
+            visited >> cell & 1
+            and self._pays[cell]
+            and (self.problem.count_terminal or (k > 0 and not self.problem.early_stop))
         ):
             bound -= self.W  # the table pays for this cell again; it surely will not pay
         return bound
@@ -151,11 +184,11 @@ def greedy(space: Space, budget: Budget) -> Found:
     Gives up (value -inf) when the budget is spent or no such path exists.
     """
     aim = space.root - space.tol
-    successors, completed = space.successors, space.completed
+    completed = space.completed
 
     def tight(k: int, cell: int, visited: int, score: float, last: int) -> Iterator[tuple]:
         fits = []
-        for step in successors(cell):
+        for step in space.open_steps(k, cell):
             now = visited | step.seen
             value = score + space.W * (now ^ visited).bit_count() - step.cost
             if completed(k - 1, step.to, now, value) >= aim:
@@ -164,9 +197,10 @@ def greedy(space: Space, budget: Budget) -> Found:
         return iter([(step.to, now, value, step.action) for step, now, value in fits])
 
     link: Link = (None, space.start, -1)
-    if space.can_stop(space.T) and space.ended(space.start, 0, 0.0) >= aim:
-        return Found(space.ended(space.start, 0, 0.0), link)
-    stack = [(link, tight(space.T, space.start, 0, 0.0, -1))] if space.T else []
+    begin = space.before
+    if space.can_stop(space.T) and space.ended(space.start, begin, 0.0) >= aim:
+        return Found(space.ended(space.start, begin, 0.0), link)
+    stack = [(link, tight(space.T, space.start, begin, 0.0, -1))] if space.T else []
     while stack and budget.spend(1):
         link, choices = stack[-1]
         choice = next(choices, None)
@@ -198,7 +232,7 @@ def beam(space: Space, width: int, best: Found, budget: Budget) -> tuple[Found, 
     """
     cut = -np.inf
     link: Link = (None, space.start, -1)
-    layer: list[State] = [(-space.root, 0, 0, 0.0, space.start, 0, link)]
+    layer: list[State] = [(-space.root, 0, 0, 0.0, space.start, space.before, link)]
     for k in range(space.T, -1, -1):
         if space.can_stop(k):
             for _, _, _, minus_score, cell, visited, link in layer:
@@ -226,8 +260,10 @@ def _expand(
     _, _, _, minus_score, cell, visited, link = state
     row, W, last = space.row(k - 1), space.W, link[2]
     completed: Callable[..., float] = space.completed
-    steps = space.successors(cell)
-    for action, to, seen, cost in steps:
+    steps = space.open_steps(k, cell)
+    made = 0
+    for action, to, seen, cost, _ in steps:
+        made += 1
         if row[to] == -np.inf:
             continue
         now = visited | seen
@@ -240,7 +276,7 @@ def _expand(
             around = (space.neighbours(to) & ~now).bit_count()
             changed = int(action != last)
             pool[to, now] = (-bound, around, changed, -score, to, now, (link, to, action))
-    return len(steps)
+    return made
 
 
 def _select(

@@ -15,8 +15,9 @@ import numpy as np
 
 from mobius.plan.bounds import build_arcs, capacity_bound, dp_bound
 from mobius.plan.build import why_no_plan
+from mobius.plan.check import check
 from mobius.plan.problem import Problem
-from mobius.plan.search import Budget, Found, Space, beam, greedy, path_of
+from mobius.plan.search import Budget, Found, Link, Space, beam, greedy, path_of
 from mobius.types import Plan
 
 __all__ = ["solve"]
@@ -34,6 +35,7 @@ def solve(
     deadline_s: float | None = 1.0,
     max_states: int = MAX_STATES,
     raise_infeasible: bool = True,
+    incumbent: Plan | None = None,
 ) -> Plan:
     """Find the best plan of a problem and prove how good it is.
 
@@ -47,13 +49,17 @@ def solve(
         max_states: States the search may generate.
         raise_infeasible: If false, a problem without a plan gives an empty plan of status
             "infeasible" (objective and bound -inf) instead of an error.
+        incumbent: A plan of this very problem to start from; what is returned is never worse.
 
     Returns:
         A plan of status "optimal" (``bound == objective``) or "feasible" (``gap > 0``).
 
     Raises:
         NoPlan: There is none; says whether area, horizon or modes stand in the way.
+        PlanError: ``incumbent`` breaks a rule of the problem.
     """
+    if incumbent is not None:
+        check(problem, incumbent)
     began = time.perf_counter()
     arcs = build_arcs(problem)
     U = dp_bound(problem, arcs)
@@ -65,6 +71,7 @@ def solve(
     best = greedy(space, Budget(GREEDY_STATES_PER_STEP * (problem.horizon + 1), deadline_s))
     if best.link is not None:
         return _plan(problem, space, best, best.value, began)
+    best = _known(space, incumbent)
     budget = Budget(max_states, deadline_s)
     bound = min(space.root, capacity_bound(problem, arcs))
     width, cut = 1, -np.inf
@@ -74,6 +81,17 @@ def solve(
         bound = min(bound, max(cut, best.value))
         width *= 2
     return _plan(problem, space, best, bound, began)
+
+
+def _known(space: Space, plan: Plan | None) -> Found:
+    """A plan that was checked, as a path of the search."""
+    if plan is None:
+        return Found(-np.inf, None)
+    cells = [space.arcs.flat((int(i), int(j))) for i, j in plan.cells]
+    link: Link = (None, cells[0], -1)
+    for here, to, mode in zip(cells[:-1], cells[1:], plan.modes, strict=True):
+        link = (link, to, space.action(here, to, mode))
+    return Found(plan.objective, link)
 
 
 def _plan(problem: Problem, space: Space, best: Found, bound: float, began: float) -> Plan:
