@@ -20,9 +20,9 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
-    ("mission", "evaluate", "bench"),
+    ("mission", "evaluate", "bench", "reproduce"),
     ("results",),
-    ("train", "bridge", "view", "reproduce", "doctor", "headless"),
+    ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble",),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
@@ -35,7 +35,7 @@ HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
     "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime", "packaging", "PIL",
-    "rosbags", "rsl_rl", "scipy", "torch", "tqdm", "tyro", "yaml",
+    "pyarrow", "ray", "rosbags", "rsl_rl", "scipy", "torch", "tqdm", "tyro", "yaml",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 
@@ -55,6 +55,7 @@ MAY_LOAD = {
     "estimate": {"mujoco", "scipy"},
     "bridge": {"mujoco", "rosbags"},
     "doctor": {"packaging"},
+    "sweep": {"mujoco", "PIL", "scipy", "yaml"},
 }
 """What importing a room, with every file in it, may bring along. mujoco may come by way
 of the model (which alone may say ``import mujoco``, see pyproject.toml)."""
