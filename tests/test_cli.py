@@ -48,6 +48,10 @@ def test_plan_with_a_horizon(capsys):
         (("plan", "demo", "--modes", "crwl"), "crawl"),
         (("plan", "demo", "--horizon", "-1"), "--horizon"),
         (("plan", "demo", "--start", "0.05", "0.05"), "start"),
+        (("plan", "demo", "--png", "p.jpg"), "--png"),
+        (("sweep", "tabel-6", "--out", "s"), "Did you mean 'table-6'"),
+        (("sweep", "table-6", "--out", "s", "--workers", "-1"), "--workers"),
+        (("sweep", "lost.yaml", "--out", "s"), "there is no such file"),
         (("run", "demo", "--modes", "biped"), "cannot be driven yet"),
         (("run", "demo", "--modes", "craw"), "Did you mean 'crawl'"),
         (("run", "demo", "--seed", "-3"), "--seed"),
@@ -96,6 +100,41 @@ def test_eval_prints_one_json_object_and_leaves_a_folder(capsys, tmp_path):
     assert {p.name for p in out.iterdir()} == names
     assert json.loads((out / "terrain.json").read_text()) == result
     assert [p.name for p in tmp_path.iterdir()] == ["result"]
+
+
+def test_a_sweep_over_a_file_leaves_a_table_and_goes_on(capsys, tmp_path):
+    file, out = tmp_path / "s.yaml", tmp_path / "out"
+    file.write_text("map: demo\nhorizon: [5, 6]\nmodes: [crawl, biped]\n")
+    code, printed, _ = run(capsys, "sweep", str(file), "--out", str(out), "--workers", "1")
+    assert code == 0 and printed.startswith("4 settings; 0 without a plan")
+    assert (out / "rows.jsonl").read_text().count("\n") == 5
+    code, _, err = run(capsys, "sweep", str(file), "--out", str(out))
+    assert code == 2 and "--resume" in err
+    code, printed, _ = run(capsys, "sweep", str(file), "--out", str(out), "--resume")
+    assert code == 0 and "4 of them from before" in printed
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("map: dmeo\nhorizon: 4\n", "Did you mean 'demo'"),
+        ("map: demo\nhorizn: 4\n", "Did you mean 'horizon'"),
+        ("map: demo\nhorizon: []\n", "empty list"),
+    ],
+)
+def test_a_mistake_in_a_sweep_file_is_one_line_and_leaves_nothing(capsys, tmp_path, text, says):
+    file = tmp_path / "s.yaml"
+    file.write_text(text)
+    code, out, err = run(capsys, "sweep", str(file), "--out", str(tmp_path / "out"))
+    assert code == 2 and out == ""
+    assert err.startswith("mobius: ") and err.count("\n") == 1 and says in err
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_plan_draws_the_plan_that_it_prints(capsys, tmp_path):
+    picture = tmp_path / "p.png"
+    code, _, _ = run(capsys, "plan", "demo", "--horizon", "9", "--png", str(picture))
+    assert code == 0 and picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_unknown_verb_and_option_stop_with_a_hint(capsys):

@@ -20,9 +20,9 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
-    ("mission", "evaluate", "bench"),
+    ("mission", "evaluate", "bench", "reproduce"),
     ("results",),
-    ("train", "bridge", "view", "reproduce", "doctor", "headless"),
+    ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble",),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
@@ -35,8 +35,8 @@ HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
     "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
-    "packaging", "PIL", "pyscipopt", "rosbags", "rsl_rl", "scipy", "torch", "tqdm", "tyro",
-    "yaml",
+    "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl", "scipy", "torch",
+    "tqdm", "tyro", "yaml",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 
@@ -56,6 +56,7 @@ MAY_LOAD = {
     "estimate": {"mujoco", "scipy"},
     "bridge": {"mujoco", "rosbags"},
     "doctor": {"packaging"},
+    "sweep": {"mujoco", "PIL", "scipy", "yaml"},
 }
 """What importing a room, with every file in it, may bring along. mujoco may come by way
 of the model (which alone may say ``import mujoco``, see pyproject.toml)."""

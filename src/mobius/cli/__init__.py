@@ -12,6 +12,7 @@ from mobius.cli.drive import Demo, Run
 from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.plan import PlanVerb
+from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
 from mobius.errors import MobiusError, UnknownName
 
@@ -19,6 +20,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "demo": Demo,
     "run": Run,
     "plan": PlanVerb,
+    "sweep": Sweep,
     "train": Train,
     "eval": Eval,
     "bench": Bench,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 from tyro.conf import Positional
 
@@ -39,6 +40,8 @@ class PlanVerb:
     """Wall time for the search [s], > 0; the best plan by then is returned with its gap."""
     json: bool = False
     """Print one JSON object and nothing else."""
+    png: Path | None = None
+    """Also draw the plan over the map into this .png file."""
 
     def __call__(self) -> int:
         """Solve and print."""
@@ -52,6 +55,8 @@ class PlanVerb:
         if not self.deadline > 0:
             raise InvalidInput(f"--deadline: expected seconds > 0, got {self.deadline}")
         solver = solver_of(self.solver)
+        if self.png is not None and self.png.suffix.lower() != ".png":
+            raise InvalidInput(f"--png: expected a file that ends in .png, got {self.png}")
         world = mission.open_world(self.map, start=self.start, goal=self.goal)
         try:
             problem = build_problem(
@@ -69,6 +74,10 @@ class PlanVerb:
                 print(json.dumps({"status": "infeasible", **nothing, "steps": []}))
             return 1
         check(problem, plan)
+        if self.png is not None:
+            from mobius.view.plan_picture import draw_plan
+
+            draw_plan(self.png, problem, plan, title=world.name)
         result = plan_as_json(plan)
         if self.json:
             print(json.dumps(result))

@@ -20,8 +20,13 @@ def shown(text: object) -> str:
     return f"'{flat[:_MAX_SHOWN]}...'" if len(flat) > _MAX_SHOWN else f"'{flat}'"
 
 
-def read_yaml(path: Path) -> Section:
+def read_yaml(path: Path, *, what: str = "a map.yaml", first: str = "image: ...") -> Section:
     """Read one yaml file that holds a mapping.
+
+    Args:
+        path: Where it is.
+        what: What the file should be, for messages.
+        first: How such a file may start, for messages.
 
     Raises:
         MapError: The file is missing, not text, not yaml, or not a mapping.
@@ -52,8 +57,8 @@ def read_yaml(path: Path) -> Section:
         raise MapError(f"{path}: not valid yaml ({what}); write it again") from None
     if not isinstance(node, yaml.MappingNode):
         raise MapError(
-            f"{path}, line 1: expected 'key: value' lines of a map.yaml, got"
-            f" {'an empty file' if node is None else 'something else'}; start with 'image: ...'"
+            f"{path}, line 1: expected 'key: value' lines of {what}, got"
+            f" {'an empty file' if node is None else 'something else'}; start with '{first}'"
         )
     return Section(node, path)
 
@@ -185,6 +190,17 @@ class Section:
             return int(word) != 0
         except ValueError:
             raise self.error(key, f"expected 0, 1, true or false, got {shown(word)}") from None
+
+    def scalars(self, key: str, *, example: str) -> list[str]:
+        """One value, or a list of at least one, each as it is written."""
+        node = self._node(key, example)
+        items = node.value if isinstance(node, yaml.SequenceNode) else [node]
+        if not items:
+            raise self.error(key, f"expected at least one value, got an empty list; e.g. {example}")
+        for item in items:
+            if not isinstance(item, yaml.ScalarNode) or not item.value.strip():
+                raise self.error(key, f"expected values such as {example}, got none or a mapping")
+        return [str(item.value) for item in items]
 
     def numbers(self, key: str, count: int | None, *, example: str) -> list[float]:
         """A list of finite numbers; ``count`` of them, or any even number if None."""
