@@ -231,10 +231,9 @@ _CRAWL = Preset(
         {
             "tracking_linear": 4.0,
             "tracking_far": 2.0,
-            "tracking_yaw": 2.0,
-            "power": -0.013,
+            "power": -0.012,
             "joint_speed": -0.15,
-            "height": -120.0,
+            "height": -60.0,
             "vertical_velocity": -3.0,
             "tilt_rate": -0.1,
             "gait": 1.2,
@@ -243,7 +242,7 @@ _CRAWL = Preset(
             "chatter": -4.0,
             "landing": -6.0,
             "impact": -4.0,
-            "skim": -10.0,
+            "skim": -6.0,
             "creep": -0.8,
         },
     ),
@@ -299,13 +298,15 @@ _ROUGH = {
 }
 
 
-def _rough(flat: Preset, name: str, steps: int) -> Preset:
-    """Go on from a flat policy on uneven ground."""
+def _rough(flat: Preset, name: str, steps: int, kicks: float = 1.0) -> Preset:
+    """Go on from a flat policy on uneven ground with kicks of ``kicks`` times the size."""
     late = flat.late[1] if flat.late else {}
+    draw = flat.env.randomisation
     env = replace(
         flat.env,
         terrain=_ROUGH[flat.env.body],
         blow_ups=0.01,
+        randomisation=replace(draw, kick_velocity=kicks * draw.kick_velocity),
         curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
         weights={**flat.env.weights, **late},
     )
@@ -393,7 +394,7 @@ def _presets() -> dict[tuple[str, str], Preset]:
     presets: dict[tuple[str, str], Preset] = {}
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
         presets[body, "fast"] = fast
-        presets[body, "fast-rough"] = _rough(fast, "fast", 3_000_000)
+        presets[body, "fast-rough"] = _rough(fast, "fast", 3_000_000, kicks=0.5)
         presets[body, "paper"] = paper = _paper(fast)
         presets[body, "paper-rough"] = _rough(paper, "paper", TABLE_I.steps_rough)
         presets[body, "smoke"] = replace(fast, num_envs=32, steps=32 * 24 * 4)
