@@ -1,7 +1,8 @@
 """Problem -> Plan: exact search with a certificate, or an honest gap.
 
 1. The memoryless table gives a bound and steers everything after it.
-2. A depth-first search looks for a path that attains the bound: optimal, done.
+2. A depth-first search, then a narrow beam, look for a path that attains the bound: optimal,
+   done.
 3. Otherwise a beam of width 1, 2, 4, ... improves the plan until nothing is cut off any
    more (optimal), the plan meets a bound (optimal), or the budget is spent (feasible, with
    the best bound known).
@@ -25,8 +26,11 @@ __all__ = ["solve"]
 MAX_STATES = 150_000
 """Default budget in search states, well under a second on a laptop core."""
 
-GREEDY_STATES_PER_STEP = 20
+GREEDY_STATES_PER_STEP = 10
 """Budget of the first search, per step of the horizon."""
+
+TIGHT_WIDTHS = (8, 32)
+"""Widths of the beams that look for a path that attains the bound, and for nothing else."""
 
 
 def solve(
@@ -73,6 +77,10 @@ def solve(
         return _plan(problem, space, best, best.value, began)
     best = _known(space, incumbent)
     budget = Budget(max_states, deadline_s)
+    for width in TIGHT_WIDTHS:  # only states that may still attain the bound: cheap, often enough
+        found, _ = beam(space, width, Found(space.root - 2 * space.tol, None), budget)
+        if found.link is not None:
+            return _plan(problem, space, found, found.value, began)
     bound = min(space.root, capacity_bound(problem, arcs))
     width, cut = 1, -np.inf
     while bound - best.value > space.tol and cut < np.inf:
