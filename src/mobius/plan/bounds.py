@@ -161,8 +161,9 @@ def dp_bound(problem: Problem, arcs: Arcs, *, W_exp: float | None = None) -> Arr
         for a, g in zip(used, gain, strict=True):
             o = arcs.offset[a]
             np.add(g, U[k - 1, lo + o : hi + o], out=candidate)
-            for s in () if occupied is None else arcs.touch[a]:
-                candidate[occupied[lo + s : hi + s]] = -np.inf
+            if occupied is not None:
+                for s in arcs.touch[a]:
+                    candidate[occupied[lo + s : hi + s]] = -np.inf
             np.maximum(best, candidate, out=best)
     return U
 
