@@ -5,8 +5,8 @@
     planner.update(at=cell, seen=seen, closed=closed)   # what happened meanwhile
     plan = planner.plan(deadline_s=0.05)
 
-The bound table is worked out anew for each plan: at 20 x 20 cells that takes two
-milliseconds, less than finding out which of its entries still hold. What is kept is the last
+The bound table is worked out anew for each plan: at 20 x 20 cells that takes a few
+milliseconds. What is kept is the last
 plan: its rest, shifted to the present and repaired where it broke, is the incumbent of the
 next search, so a plan is there whatever the deadline.
 """
