@@ -71,8 +71,8 @@ def build_sim_stack(
     Args:
         model: Scene with the robot; changed in place by the variation.
         start: Pose and seed.
-        policy: ONNX file, ``zero``, ``random`` or a controller; the shipped policy of the body
-            if not given.
+        policy: ONNX file, ``flat``, ``rough``, ``zero``, ``random`` or a controller; the
+            body's shipped policy for flat floors if not given.
         ground: Height of the scene's floor, where it is not flat at 0.
     """
     body = body_of(start.body)

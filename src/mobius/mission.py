@@ -156,14 +156,15 @@ def drive(
     *,
     seed: int = 0,
     randomised: bool = True,
-    policy: Path | None = None,
+    policy: Path | str | None = None,
     config: FollowerConfig | None = None,
     progress: Progress | None = None,
 ) -> tuple[RunRecord, Judge, Any]:
     """Carry a plan out in physics; returns the record, the judge and the compiled scene.
 
     Ends one second after the follower says it arrived, at a fall, or at the time limit
-    (four times what the path takes at cruising speed, plus 20 s).
+    (four times what the path takes at cruising speed, plus 20 s). If no policy is named, the
+    shipped one for rough ground is used where the map has some.
     """
     from mobius.assemble import Start, build_sim_stack
     from mobius.model.robot import load_spec
@@ -174,6 +175,7 @@ def drive(
     model.opt.timestep = TICK
     x, y = (float(v) for v in path.xy_M[0])
     start = Start(xy=(x, y), yaw=path_heading(plan), seed=seed, randomised=randomised)
+    policy = policy or ("rough" if world.rough else "flat")
     stack, robot = build_sim_stack(model, start, policy=policy)
     judge = Judge(robot)
     follower = PathFollower(
@@ -265,7 +267,7 @@ def run(
     seed: int = 0,
     randomised: bool = True,
     video: bool = True,
-    policy: Path | None = None,
+    policy: Path | str | None = None,
     replace: bool = False,
     progress: Progress | None = None,
 ) -> Outcome:

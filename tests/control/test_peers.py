@@ -48,6 +48,10 @@ def test_a_reset_starts_the_draw_anew():
 
 def test_what_names_a_controller():
     assert isinstance(controller_of(None, "biped"), PolicyController)
+    for name, trained in (("flat", "fast"), ("rough", "fast-rough")):
+        shipped = controller_of(name, "crawl")
+        assert isinstance(shipped, PolicyController)
+        assert shipped.policy.metadata["preset"] == trained
     assert isinstance(controller_of(shipped_policy("crawl"), "crawl"), PolicyController)
     assert isinstance(controller_of(str(shipped_policy("crawl")), "crawl"), PolicyController)
     with pytest.raises(UnknownName, match="Did you mean 'random'"):

@@ -47,8 +47,8 @@ class Run:
     """Render video.mp4 (needs OpenGL; --no-video skips it)."""
     randomised: bool = True
     """Draw robot, floor and sensors from the seed; --no-randomised runs the drawing itself."""
-    policy: Path | None = None
-    """ONNX policy to walk with; the shipped one if left out."""
+    policy: str | None = None
+    """ONNX file, or flat or rough for a shipped policy; rough where the map is, if left out."""
 
     def __call__(self) -> int:
         """Run the mission into a new folder."""

@@ -33,7 +33,8 @@ class Eval:
     """What to measure: tracking (five commands held 4 s each), push (shoves of 0.1 s, harder
     until it falls), terrain (20 s on other ground) or robustness (one property changed)."""
     policy: str | None = None
-    """ONNX file, zero (holds the stance) or random; the shipped policy if left out."""
+    """ONNX file, flat, rough, zero (holds the stance) or random; the shipped flat one if left
+    out."""
     seeds: int | None = None
     """Number of seeds, >= 1: 100, for robustness 20 a point."""
     seed: int = 0

@@ -1,4 +1,6 @@
-"""Who can drive a body: a policy file, or one of two peers that any policy must beat.
+"""Who can drive a body: a policy file, a shipped policy, or one of two peers it must beat.
+
+``flat`` and ``rough`` are the policies that come with the package.
 
 ``zero`` always acts 0, which is the servo targets of the stance; ``random`` acts N(0, 1).
 Both go through the filter of Eq. (2) and the joint limits like a policy's actions.
@@ -19,6 +21,8 @@ from mobius.model.build import joint_ranges
 from mobius.model.robot import keyframe_joints
 from mobius.types import JointCommand, ModeCommand, SensorFrame, StateEstimate
 
+SHIPPED = ("flat", "rough")
+"""Names of the shipped policies of each body."""
 PEERS: dict[str, float] = {"zero": 0.0, "random": 1.0}
 """Spread of the actions of each peer."""
 
@@ -55,22 +59,23 @@ def controller_of(
     """The controller that ``policy`` names.
 
     Args:
-        policy: An ONNX file, ``zero`` or ``random``; None is the shipped policy of the body.
+        policy: An ONNX file, ``flat``, ``rough``, ``zero`` or ``random``; None is ``flat``.
         body: ``crawl`` or ``biped``.
         seed: Of the random peer.
 
     Raises:
         PolicyError: The file lacks, is no policy, or drives another body.
-        UnknownName: Neither a peer nor the name of an ONNX file.
+        UnknownName: Neither such a name nor the name of an ONNX file.
     """
     chosen = body_of(body)
-    if policy is None:
-        return PolicyController(load_policy(shipped_policy(body)))
+    if policy is None or str(policy) in SHIPPED:
+        rough = str(policy) == "rough"
+        return PolicyController(load_policy(shipped_policy(body, rough=rough)))
     if str(policy) in PEERS:
         return PeerController(body, spread=PEERS[str(policy)], seed=seed)
     path = Path(policy)
     if not path.suffix and not path.exists():
-        raise UnknownName("policy", str(policy), (*PEERS, "FILE.onnx"))
+        raise UnknownName("policy", str(policy), (*SHIPPED, *PEERS, "FILE.onnx"))
     loaded = load_policy(path)
     if loaded.body is not chosen:
         other: Any = loaded.metadata["body"]

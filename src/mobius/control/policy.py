@@ -39,9 +39,10 @@ class PolicyFile:
     metadata: dict[str, Any]
 
 
-def shipped_policy(body: str) -> Path:
-    """Path of the policy that comes with the package."""
-    return Path(str(resources.files("mobius.control") / "policies" / f"{body}.onnx"))
+def shipped_policy(body: str, *, rough: bool = False) -> Path:
+    """Path of the policy that comes with the package: for flat floors, or for ``rough`` ground."""
+    name = f"{body}_rough" if rough else body
+    return Path(str(resources.files("mobius.control") / "policies" / f"{name}.onnx"))
 
 
 def load_policy(path: Path) -> PolicyFile:
