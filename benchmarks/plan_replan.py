@@ -26,27 +26,10 @@ from mobius.plan import (
     reconstructed_map,
     solve,
 )
+from mobius.reproduce.replanning import walkers
 from mobius.types import GridMap
 
 Bools = NDArray[np.bool_]
-
-
-def walkers(rng: np.random.Generator, blocked: Bools, steps: int, count: int = 5) -> Bools:
-    """(steps, nx, ny) where obstacles are that walk straight and turn back at walls."""
-    closed = np.zeros((steps, *blocked.shape), dtype=bool)
-    free = np.argwhere(~blocked)
-    for _ in range(count):
-        at = free[rng.integers(len(free))]
-        d = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])[rng.integers(4)]
-        for t in range(steps):
-            closed[t, at[0], at[1]] = True
-            to = at + d
-            if not ((to >= 0) & (to < blocked.shape)).all() or blocked[tuple(to)]:
-                d = -d
-                to = at + d
-            if ((to >= 0) & (to < blocked.shape)).all() and not blocked[tuple(to)]:
-                at = to
-    return closed
 
 
 def drive(
@@ -83,26 +66,28 @@ def scenario(seed: int) -> tuple[Problem, Bools]:
     return Problem(grid, (0, 0), (n - 1, n - 1), 8, allow_stay=True), closed
 
 
-def main() -> None:
-    """Time, then scenarios."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--steps", type=int, default=200)
-    parser.add_argument("--scenarios", type=int, default=1000)
-    args = parser.parse_args()
+def timing(runs: int, steps: int) -> dict[str, float]:
+    """Plans made, steps that met something, median and p99 of a plan [ms]; prints each run."""
     seconds: list[float] = []
-    for run in range(args.runs):
+    met = 0
+    for run in range(runs):
         problem = build_problem(
             reconstructed_map(), horizon=20, weights=RECONSTRUCTED_WEIGHTS, allow_stay=True
         )
-        closed = walkers(np.random.default_rng(run), problem.grid.blocked, args.steps + 40)
-        took, met = drive(problem, closed, args.steps, 0.04)
+        closed = walkers(np.random.default_rng(run), problem.grid.blocked, steps + 40)
+        took, collided = drive(problem, closed, steps, 0.04)
         seconds += took
-        print(f"run {run}: {len(took)} plans, {met} steps met something", flush=True)
-    p50, p99 = np.percentile(seconds, [50, 99])
-    print(f"20 x 20, T = 20, 5 moving: median {1e3 * p50:.1f} ms, p99 {1e3 * p99:.1f} ms")
+        met += collided
+        print(f"run {run}: {len(took)} plans, {collided} steps met something", flush=True)
+    p50, p99 = (round(1e3 * float(s), 2) for s in np.percentile(seconds, [50, 99]))
+    print(f"20 x 20, T = 20, 5 moving: median {p50:.1f} ms, p99 {p99:.1f} ms")
+    return {"plans": len(seconds), "steps_met": met, "median_ms": p50, "p99_ms": p99}
+
+
+def scenarios(count: int) -> dict[str, int]:
+    """How many random scenarios have a collision-free future, and how many collided."""
     hopeless = collided = 0
-    for seed in range(args.scenarios):
+    for seed in range(count):
         problem, closed = scenario(seed)
         whole = replace(problem, horizon=30, closed=closed)
         if solve(whole, max_states=1, raise_infeasible=False).status == "infeasible":
@@ -110,10 +95,22 @@ def main() -> None:
             continue
         _, met = drive(problem, closed, 30, 0.02)
         collided += met > 0
-    rest = args.scenarios - hopeless
+    free = count - hopeless
     print(
-        f"scenarios: {rest} with a collision-free future, {collided} of them ended in a collision"
+        f"scenarios: {free} with a collision-free future, {collided} of them ended in a collision"
     )
+    return {"scenarios": count, "with_a_future": free, "collided": collided}
+
+
+def main() -> None:
+    """Time, then scenarios."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--scenarios", type=int, default=1000)
+    args = parser.parse_args()
+    timing(args.runs, args.steps)
+    scenarios(args.scenarios)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ LAYERS = (
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
     ("model",),
-    ("geometry", "paper", "files"),
+    ("geometry", "paper", "barrier", "files"),
     ("types",),
     ("errors",),
 )
@@ -45,6 +45,7 @@ MAY_LOAD = {
     "types": set(),
     "geometry": set(),
     "paper": set(),
+    "barrier": set(),
     "files": set(),
     "plan": set(),
     "modes": set(),

@@ -104,6 +104,7 @@ def test_a_goal_behind_a_wall_is_closed_off(picture):
         build_problem(picture(SPLIT))
     assert str(caught.value) == (
         "drawing: goal (2.75, 0.25) m lies in an area closed off from the start (0.25, 1.25) m;"
+        " the wall in between (x 1.5 to 2, y 0 to 1.5 m) is 1 cell thick at (1.75, 0.75) m;"
         " nearest cell that can be reached (1.25, 0.25) m"
     )
 

@@ -26,7 +26,7 @@ def test_no_other_room_is_loaded():
         "import sys, mobius.plan;"
         "print(sorted(m for m in sys.modules if m.startswith('mobius.')"
         " and not m.startswith('mobius.plan') and m not in ('mobius.types', 'mobius.errors',"
-        " 'mobius.paper')))"
+        " 'mobius.paper', 'mobius.barrier')))"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

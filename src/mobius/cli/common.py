@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 from mobius.errors import InvalidInput
 
 XY = tuple[float, float]
 """x and y [m]."""
+FAR = 1e9
+"""No map reaches this far [m]."""
 
 
 def at_least(option: str, value: int, low: int) -> None:
@@ -44,3 +47,21 @@ class Bar:
 
     def __exit__(self, *_: object) -> None:
         self._bar.close()
+
+
+def place(option: str, xy: XY | None) -> None:
+    """Refuse a point that can lie on no map."""
+    if xy is not None and not all(abs(v) < FAR for v in xy):
+        raise InvalidInput(
+            f"{option}: expected two numbers x y [m] of less than {FAR:g}, got {xy[0]:g} {xy[1]:g}"
+        )
+
+
+def png_file(option: str, path: Path | None) -> None:
+    """Refuse, before any work, a picture that could not be written in the end."""
+    if path is None:
+        return
+    if path.suffix.lower() != ".png":
+        raise InvalidInput(f"{option}: expected a file that ends in .png, got {path}")
+    if path.is_dir():
+        raise InvalidInput(f"{option}: {path} is a folder; name a file in it")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tyro.conf import Positional
 
-from mobius.cli.common import XY, Bar, at_least
+from mobius.cli.common import XY, Bar, at_least, place
 
 
 @dataclass
@@ -60,6 +60,8 @@ class Run:
         from mobius.headless import import_mujoco
 
         at_least("--seed", self.seed, 0)
+        place("--start", self.start)
+        place("--goal", self.goal)
         import_mujoco()
         out = self.out or Path("runs") / f"{Path(self.map).stem}_seed{self.seed}"
         with Bar() as bar:

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tyro.conf import Positional
 
-from mobius.cli.common import XY, at_least
+from mobius.cli.common import XY, at_least, place, png_file
 from mobius.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from mobius.plan import Problem
+    from mobius.types import Plan
+
+
+def typed(message: str) -> str:
+    """A message of the library with its arguments as they are typed here."""
+    return re.sub(r"\b(must_reach|allow_stay|early_stop)=True", _as_option, message)
+
+
+def _as_option(found: re.Match[str]) -> str:
+    return "--" + found[1].replace("_", "-")
 
 
 @dataclass
@@ -42,50 +57,95 @@ class PlanVerb:
     """Print one JSON object and nothing else."""
     png: Path | None = None
     """Also draw the plan over the map into this .png file."""
+    gap_png: Path | None = None
+    """Also draw best plan and bound over the time of the search into this .png file."""
+    must_reach: bool = False
+    """With --horizon: only plans that end at the goal; without it that is always so."""
+    allow_stay: bool = False
+    """Biped and crawl may rest for a step."""
+    early_stop: bool = False
+    """With --horizon: the plan may end before its last step."""
 
     def __call__(self) -> int:
         """Solve and print."""
         from mobius import mission
-        from mobius.plan import NoPlan, build_problem, check
+        from mobius.plan import NoPlan, build_problem, check, solve
+        from mobius.plan.reasons import short_of_goal
         from mobius.plan.solvers import solver_of
-        from mobius.results import plan_as_json
 
-        if self.horizon is not None:
-            at_least("--horizon", self.horizon, 0)
-        if not self.deadline > 0:
-            raise InvalidInput(f"--deadline: expected seconds > 0, got {self.deadline}")
+        self._check()
         solver = solver_of(self.solver)
-        if self.png is not None and self.png.suffix.lower() != ".png":
-            raise InvalidInput(f"--png: expected a file that ends in .png, got {self.png}")
         world = mission.open_world(self.map, start=self.start, goal=self.goal)
+        trace: list[tuple[float, float, float]] = []
         try:
             problem = build_problem(
                 world.grid,
                 horizon=self.horizon,
                 modes=self.modes,
                 count=self.count,  # type: ignore[arg-type]  # Problem says what it may be
-                must_reach=self.horizon is None,
+                must_reach=self.must_reach or self.horizon is None,
+                allow_stay=self.allow_stay,
+                early_stop=self.early_stop,
             )
-            plan = solver(problem, self.deadline)
+            if self.gap_png is None:
+                plan = solver(problem, self.deadline)
+            else:
+                plan = solve(
+                    problem, deadline_s=self.deadline, on_progress=lambda *m: trace.append(m)
+                )
         except NoPlan as error:
-            print(f"mobius: {error}", file=sys.stderr)
+            print(f"mobius: {typed(str(error))}", file=sys.stderr)
             if self.json:
                 nothing = dict.fromkeys(("objective", "bound", "gap", "solve_ms"))
                 print(json.dumps({"status": "infeasible", **nothing, "steps": []}))
             return 1
         check(problem, plan)
+        self._draw(problem, plan, trace, world.name)
+        if (short := short_of_goal(problem, plan)) is not None:
+            print(f"mobius: {typed(short)}", file=sys.stderr)
+        self._print(plan)
+        return 0
+
+    def _check(self) -> None:
+        """Refuse options that make no sense, before any work."""
+        if self.horizon is not None:
+            at_least("--horizon", self.horizon, 0)
+        if not self.deadline > 0:
+            raise InvalidInput(f"--deadline: expected seconds > 0, got {self.deadline}")
+        place("--start", self.start)
+        place("--goal", self.goal)
+        png_file("--png", self.png)
+        png_file("--gap-png", self.gap_png)
+        if self.gap_png is not None and self.solver != "exact":
+            raise InvalidInput(
+                f"--gap-png: only the solver 'exact' tells how it gets on, got '{self.solver}';"
+                " leave out --gap-png or --solver"
+            )
+
+    def _draw(
+        self, problem: Problem, plan: Plan, trace: list[tuple[float, float, float]], name: str
+    ) -> None:
+        """The pictures that were asked for."""
         if self.png is not None:
             from mobius.view.plan_picture import draw_plan
 
-            draw_plan(self.png, problem, plan, title=world.name)
+            draw_plan(self.png, problem, plan, title=name)
+        if self.gap_png is not None:
+            from mobius.view.gap_picture import draw_gap
+
+            draw_gap(self.gap_png, trace, plan, title=name)
+
+    def _print(self, plan: Plan) -> None:
+        """The plan as one JSON object, or in lines."""
+        from mobius.results import plan_as_json
+
         result = plan_as_json(plan)
         if self.json:
             print(json.dumps(result))
-        else:
-            print(
-                f"{plan.status}: objective {plan.objective:g}, bound {plan.bound:g}, gap"
-                f" {plan.gap:g}, {result['solve_ms']:.1f} ms, {len(plan.modes)} steps"
-            )
-            for step in result["steps"]:
-                print(f"{step['t']:4d}  {step['x']:8.2f} {step['y']:8.2f} m  {step['mode']}")
-        return 0
+            return
+        print(
+            f"{plan.status}: objective {plan.objective:g}, bound {plan.bound:g}, gap"
+            f" {plan.gap:g}, {result['solve_ms']:.1f} ms, {len(plan.modes)} steps"
+        )
+        for step in result["steps"]:
+            print(f"{step['t']:4d}  {step['x']:8.2f} {step['y']:8.2f} m  {step['mode']}")

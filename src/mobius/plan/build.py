@@ -20,9 +20,13 @@ from mobius.plan.problem import (
     Weights,
     plan_mode,
 )
+from mobius.plan.reasons import shut_in, what_separates
 from mobius.types import GridMap, Mode
 
 __all__ = ["build_problem", "literal_problem", "why_no_plan"]
+
+FAR = 1e9
+"""No map reaches this far [m]."""
 
 
 def build_problem(
@@ -81,7 +85,9 @@ def build_problem(
         PlanError: A place is missing, or an argument makes no sense.
     """
     chosen = tuple(plan_mode(m) for m in modes)
-    if slack < 0:
+    if not chosen:
+        raise PlanError("no modes to plan with; pass some of biped, crawl, roll")
+    if not slack >= 0:
         raise InvalidInput(f"slack: expected a number of steps >= 0, got {slack}")
     if slack and horizon is not None:
         raise PlanError("slack only adds to the smallest horizon; leave out horizon or slack")
@@ -152,8 +158,9 @@ def why_no_plan(problem: Problem) -> NoPlan | None:
         )
     if not problem.must_reach:
         return NoPlan(
-            f"no path of {T} steps exists from the start {_metres(problem, problem.start)}: the"
-            " robot is shut in; move the start or pass early_stop=True"
+            f"no path of {T} steps exists from the start {_metres(problem, problem.start)}:"
+            f" the robot is shut in ({shut_in(problem)}); move the start, or pass allow_stay=True"
+            " or early_stop=True"
         )
     fewest = int(shortest_steps(problem, arcs)[here])
     if fewest >= UNREACHED:
@@ -161,7 +168,8 @@ def why_no_plan(problem: Problem) -> NoPlan | None:
     if fewest > T:
         return NoPlan(
             f"horizon {T} is too short: the goal {_metres(problem, problem.goal)} takes at"
-            f" least {fewest} steps with {', '.join(problem.modes)}; smallest horizon is {fewest}",
+            f" least {fewest} steps with {', '.join(problem.modes)}, {fewest - T} more; smallest"
+            f" horizon is {fewest}",
             smallest_horizon=fewest,
         )
     longer = _next_exact(problem, T)
@@ -203,7 +211,8 @@ def _closed_off(problem: Problem) -> str:
     i, j = (int(v) for v in reached[np.argmin(d2)])
     return (
         f"{problem.grid.name}: goal {goal} lies in an area closed off from the start {start};"
-        f" nearest cell that can be reached {_metres(problem, (i, j))}"
+        f" {what_separates(problem, arcs)}; nearest cell that can be reached"
+        f" {_metres(problem, (i, j))}"
     )
 
 
@@ -226,7 +235,10 @@ def _place(
     if xy is None:
         raise PlanError(f"{grid.name}: the map names no {what}; give one: {what} = x y in metres")
     point = np.asarray(xy, dtype=float)
-    if point.shape != (2,) or not np.isfinite(point).all():
+    if min(grid.shape) == 0:
+        nx, ny = grid.shape
+        raise MapError(f"{grid.name}: expected a map of at least 1 x 1 cells, got {nx} x {ny}")
+    if point.shape != (2,) or not (np.abs(point) < FAR).all():
         raise InvalidInput(f"{what}: expected two finite numbers x y [m], got {point.tolist()}")
     name = f"{grid.name}: {what} {_point(point)} m"
     cell = grid.cell_of(point)
@@ -244,6 +256,8 @@ def _place(
     if not usable.any():
         raise MapError(f"{name}: no cell of the map is free for {', '.join(modes)}")
     why = "lies in an obstacle" if grid.blocked[i, j] else f"is not open to {', '.join(modes)}"
+    if not grid.blocked[i, j] and grid.allowed[i, j] == 0:
+        why = "allows no mode: regions that force different modes overlap there"
     centers = grid.center_of(np.argwhere(usable))
     near = centers[np.argmin(((centers - point) ** 2).sum(axis=1))]
     raise MapError(f"{name} {why}; nearest free cell centre {_point(near)} m")

@@ -53,6 +53,10 @@ MAX_TABLE = 50_000_000
 """Entries of the bound table, (horizon + 1) x cells, that are accepted (400 MB)."""
 
 
+MAX_POINTS = 1e12
+"""Largest weight that is accepted [points]; sums of larger ones overflow."""
+
+
 class NoPlan(PlanError):
     """The problem has no plan at all; the message says why and what would help.
 
@@ -87,13 +91,22 @@ class Weights:
     """Points per step of each mode, >= 0."""
 
     def __post_init__(self) -> None:
-        P = {plan_mode(m): float(v) for m, v in self.P.items()}
+        P = {plan_mode(m): _points(f"P[{m}]", v) for m, v in dict(self.P or {}).items()}
         object.__setattr__(self, "P", MappingProxyType(P))
-        values = {"W_exp": self.W_exp, "W_goal": self.W_goal}
-        values.update({f"P[{m}]": v for m, v in P.items()})
-        for name, value in values.items():
-            if not (np.isfinite(value) and value >= 0):
-                raise InvalidInput(f"Weights.{name}: expected a number >= 0, got {value}")
+        for name in ("W_exp", "W_goal"):
+            object.__setattr__(self, name, _points(name, getattr(self, name)))
+
+
+def _points(name: str, value: object) -> float:
+    """A weight as a number; raises where it is none, or one that no plan can be weighed with."""
+    try:
+        number = float(value)  # type: ignore[arg-type]  # what is no number is told below
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not 0 <= number <= MAX_POINTS:
+        upper = f" and <= {MAX_POINTS:g}" if number > MAX_POINTS else ""
+        raise InvalidInput(f"Weights.{name}: expected a number >= 0{upper}, got {value}")
+    return number
 
 
 DEFAULT_WEIGHTS = Weights()
@@ -169,7 +182,7 @@ class Problem:
 
     def _check_horizon(self) -> None:
         T = self.horizon
-        if int(T) != T or T < 0:
+        if not (T >= 0 and float(T).is_integer()):
             raise InvalidInput(f"horizon: expected a whole number of steps >= 0, got {T}")
         object.__setattr__(self, "horizon", int(T))
         nx, ny = self.grid.shape

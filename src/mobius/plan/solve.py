@@ -18,6 +18,7 @@ from mobius.plan.bounds import build_arcs, capacity_bound, dp_bound
 from mobius.plan.build import why_no_plan
 from mobius.plan.check import check
 from mobius.plan.problem import Problem
+from mobius.plan.progress import OnProgress, Teller
 from mobius.plan.search import Budget, Found, Link, Space, beam, greedy, path_of
 from mobius.types import Plan
 
@@ -40,6 +41,7 @@ def solve(
     max_states: int = MAX_STATES,
     raise_infeasible: bool = True,
     incumbent: Plan | None = None,
+    on_progress: OnProgress | None = None,
 ) -> Plan:
     """Find the best plan of a problem and prove how good it is.
 
@@ -54,6 +56,8 @@ def solve(
         raise_infeasible: If false, a problem without a plan gives an empty plan of status
             "infeasible" (objective and bound -inf) instead of an error.
         incumbent: A plan of this very problem to start from; what is returned is never worse.
+        on_progress: Called with seconds since the start, best objective and bound [points]
+            whenever one of them gets better, see :mod:`mobius.plan.progress`.
 
     Returns:
         A plan of status "optimal" (``bound == objective``) or "feasible" (``gap > 0``).
@@ -72,21 +76,28 @@ def solve(
         if raise_infeasible and (reason := why_no_plan(problem)) is not None:
             raise reason
         return _plan(problem, space, Found(-np.inf, None), -np.inf, began)
+    tell = Teller(on_progress, began)
+    tell(-np.inf, space.root)
     best = greedy(space, Budget(GREEDY_STATES_PER_STEP * (problem.horizon + 1), deadline_s))
     if best.link is not None:
+        tell(best.value, best.value)
         return _plan(problem, space, best, best.value, began)
     best = _known(space, incumbent)
+    tell(best.value, space.root)
     budget = Budget(max_states, deadline_s)
     for width in TIGHT_WIDTHS:  # only states that may still attain the bound: cheap, often enough
         found, _ = beam(space, width, Found(space.root - 2 * space.tol, None), budget)
         if found.link is not None:
+            tell(found.value, found.value)
             return _plan(problem, space, found, found.value, began)
     bound = min(space.root, capacity_bound(problem, arcs))
+    tell(best.value, bound)
     width, cut = 1, -np.inf
     while bound - best.value > space.tol and cut < np.inf:
         # One state per step is affordable whatever the deadline, so there is always a plan.
         best, cut = beam(space, width, best, Budget(2**62, None) if width == 1 else budget)
         bound = min(bound, max(cut, best.value))
+        tell(best.value, bound)
         width *= 2
     return _plan(problem, space, best, bound, began)
 

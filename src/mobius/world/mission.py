@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mobius.barrier import thinnest, wall_between
 from mobius.errors import MapError
 from mobius.types import GridMap
 from mobius.world.clearance import Clearance
@@ -81,20 +82,23 @@ def check_route(start_M: ArrayLike, goal_M: ArrayLike, grid: GridMap, *, disc: D
     """Raise unless free cells join the cells of start and goal (2,) [m]; both must be free.
 
     Raises:
-        MapError: Names the map, both points and the reachable cell nearest to the goal.
+        MapError: Names the map, both points, the wall between them and the reachable cell
+            nearest to the goal.
     """
     start, goal = (tuple(grid.cell_of(p)) for p in (start_M, goal_M))
     part = components(grid.blocked)
     if part[start] == part[goal] != 0:
         return
+    wall = wall_between(grid, thinnest(part == part[start], part == part[goal]))
     reachable = grid.center_of(np.argwhere(part == part[start]))
     goal_xy = np.asarray(goal_M, dtype=float)
     near = reachable[np.linalg.norm(reachable - goal_xy, axis=-1).argmin()]
     raise MapError(
         f"{grid.name}: goal {_metres(goal_xy)} cannot be reached from start"
         f" {_metres(np.asarray(start_M, dtype=float))} by a robot of radius {disc.radius:.2f} m"
-        f" (+{disc.margin:.2f} m to spare{_lane(disc)}) on {grid.cell:.2f} m cells; the nearest"
-        f" cell it can reach is at {_metres(near)}, or try a smaller cell"
+        f" (+{disc.margin:.2f} m to spare{_lane(disc)}) on {grid.cell:.2f} m cells; {wall}, grown"
+        f" by that radius; the nearest cell it can reach is at {_metres(near)}, or try a smaller"
+        " cell"
     )
 
 
