@@ -229,11 +229,12 @@ _CRAWL = Preset(
     late=(
         2_600_000,
         {
-            "tracking_linear": 4.0,
+            "tracking_linear": 4.5,
             "tracking_far": 2.0,
+            "tracking_yaw": 2.0,
             "power": -0.012,
             "joint_speed": -0.15,
-            "height": -60.0,
+            "height": -150.0,
             "vertical_velocity": -3.0,
             "tilt_rate": -0.1,
             "gait": 1.2,
