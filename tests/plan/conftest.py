@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from mobius.plan import Problem, Weights
+from mobius.plan import Problem, Travel, Weights, disc
 from mobius.types import GridMap
 
 LETTERS = {".": 7, "b": 1, "c": 2, "r": 4, "s": 3, "x": 0}
@@ -86,3 +87,33 @@ def picture() -> Callable[..., GridMap]:
 @pytest.fixture(scope="session")
 def random_problem() -> Callable[..., Problem]:
     return draw_problem
+
+
+def dress(rng: np.random.Generator, problem: Problem) -> Problem:
+    """The problem with prices of time, energy and changes of mode, and a footprint, at random."""
+    names = ("biped", "crawl", "roll")
+    change: dict = {}
+    if rng.integers(2):
+        change["weights"] = replace(
+            problem.weights,
+            per_s=float(rng.choice([0.0, 0.5])),
+            per_J=float(rng.choice([0.0, 0.125])),
+            travel=Travel(
+                {"biped": 0.1, "crawl": 0.4, "roll": 0.7},
+                {name: float(rng.integers(0, 80)) for name in names},
+            ),
+        )
+    if rng.integers(3):
+        pairs = [(a, b) for a in names for b in names if a != b and rng.integers(4)]
+        change["switch_cost"] = {pair: float(rng.integers(0, 20)) for pair in pairs}
+    if rng.integers(2):
+        change["last_mode"] = str(rng.choice(names))
+    if rng.integers(3):
+        some = tuple(rng.integers(-4, 5, (rng.integers(1, 6), 2)).tolist())
+        change["footprint"] = disc(float(rng.choice([1, 1.5, 2, 3]))) if rng.integers(2) else some
+    return replace(problem, **change)
+
+
+@pytest.fixture(scope="session")
+def dressed() -> Callable[..., Problem]:
+    return dress

@@ -154,3 +154,13 @@ def test_mode_names_and_modes_mean_the_same(picture):
     a = build_problem(picture(ROOM), modes=("crawl",))
     b = build_problem(picture(ROOM), modes=(Mode.CRAWL,))
     assert a.modes == b.modes
+
+
+def test_one_number_prices_every_change_of_mode_and_a_radius_is_a_footprint(picture):
+    p = build_problem(picture("S..G"), horizon=1, switch_cost=3, last_mode="crawl", footprint=1)
+    assert set(p.switch_cost.values()) == {3.0} and len(p.switch_cost) == 6
+    assert p.switch_points(p.last_mode, Mode.ROLL) == 3.0
+    assert p.switch_points(p.last_mode, Mode.CRAWL) == p.switch_points(None, Mode.ROLL) == 0.0
+    assert len(p.footprint) == 5
+    free = build_problem(picture("S..G"), horizon=1, switch_cost=0.0, footprint=0)
+    assert free.switch_cost is None and free.footprint is None

@@ -168,3 +168,25 @@ def test_going_back_earns_nothing(problem):
     p = replace(problem(), weights=Weights(W_goal=0.0, P={B: 5.0, C: 1.0, R: 10.0}))
     there = objective_of(p, GOOD[:2], [C])
     assert objective_of(p, [*GOOD[:2], (0, 0)], [C, C]) == there - 1.0
+
+
+def test_changes_of_mode_are_counted_by_hand(problem):
+    # GOOD: biped, crawl, crawl, roll. From crawl before it: crawl-biped, biped-crawl, crawl-roll.
+    p = problem()
+    plain = objective_of(p, GOOD, GOOD_MODES)
+    table = {(C, B): 1.0, (B, C): 2.0, (C, R): 4.0, (R, C): 8.0}
+    paid = replace(p, switch_cost=table)
+    assert objective_of(paid, GOOD, GOOD_MODES) == plain - 6.0
+    assert objective_of(replace(paid, last_mode=C), GOOD, GOOD_MODES) == plain - 7.0
+    assert objective_of(replace(paid, last_mode=R), GOOD, GOOD_MODES) == plain - 6.0
+
+
+def test_a_footprint_counts_what_is_in_sight_by_hand(problem):
+    # From (0,0), (1,0), (1,1), crossed (2,1), (3,1): themselves and their four neighbours, no
+    # blocked cell; the roll lands on (6,1), whose neighbours are (5,1), (6,0), (6,2).
+    p = replace(problem(), footprint=((-1, 0), (1, 0), (0, -1), (0, 1)))
+    seen = {(0, 0), (1, 0), (2, 0), (3, 0), (0, 1), (1, 1), (2, 1), (3, 1), (4, 1), (1, 2)}
+    end = {(6, 1), (5, 1), (6, 0), (6, 2)}
+    assert cells_seen(p, GOOD, GOOD_MODES) == seen | end
+    assert cells_seen(replace(p, count_terminal=False), GOOD, GOOD_MODES) == seen
+    assert objective_of(p, GOOD, GOOD_MODES) == 20 * 14 - 20 - 17

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mobius.errors import PlanError
-from mobius.plan import Problem, build_problem, plan_cost, solve, step_duration
+from mobius.plan import Problem, Travel, Weights, build_problem, plan_cost, solve, step_duration
 from mobius.types import Mode, Plan
 
 
@@ -33,6 +33,18 @@ def test_cost_of_a_short_plan_by_hand(picture):
     assert cost.energy_J == pytest.approx(2 * 5.11 + 21.96 + 26.89)
     assert cost.energy_per_cell_J == pytest.approx(cost.energy_J / 4)
     assert (cost.cells_seen, cost.mode_switches) == (5, 2)
+    assert cost.travel_J == pytest.approx(1.0 * 64.86 + 1.5 * 70 + 0.5 * 104.17)
+
+
+def test_measured_speeds_and_joules_are_those_of_the_weights(picture):
+    travel = Travel({"crawl": 0.5}, {"crawl": 100.0})
+    p = Problem(picture("..."), (0, 0), (2, 0), 1, weights=Weights(travel=travel))
+    plan = Plan(
+        [(0, 0), (2, 0)], (Mode.CRAWL,), p.grid.center_of([(0, 0), (2, 0)]), "feasible", 0, 0, 0
+    )
+    cost = plan_cost(p, plan)
+    assert (cost.duration_s, cost.travel_J) == (pytest.approx(2.0), pytest.approx(100.0))
+    assert plan_cost(p, plan, max_speed={Mode.CRAWL: 0.25}).duration_s == pytest.approx(4.0)
 
 
 def test_no_steps_cost_nothing(picture):

@@ -65,3 +65,19 @@ def test_weights_are_numbers_not_below_zero():
         Weights(W_goal=-20.0)  # the sign in the paper's Table VI
     with pytest.raises(InvalidInput, match=r"P\[roll\]"):
         Weights(P={"biped": 1.0, "crawl": 1.0, "roll": float("nan")})
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"switch_cost": {("crawl", "roll"): -1.0}}, InvalidInput, r"\[crawl, roll\]: .* >= 0"),
+        ({"switch_cost": {("crawl", "rol"): 1.0}}, UnknownName, "Did you mean 'roll'"),
+        ({"switch_cost": {"crawl": 1.0}}, InvalidInput, "keys .from, to. of two modes"),
+        ({"switch_cost": {("crawl", "crawl"): 1.0}}, InvalidInput, "no change"),
+        ({"last_mode": "climb"}, UnknownName, "Known: biped, crawl, roll"),
+        ({"footprint": ((0, 99),)}, InvalidInput, "footprint: expected offsets"),
+    ],
+)
+def test_a_wrong_price_or_footprint_is_named(picture, options, error, message):
+    with pytest.raises(error, match=message):
+        Problem(picture(OPEN), (0, 0), (2, 2), 4, **options)

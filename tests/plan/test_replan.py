@@ -19,7 +19,7 @@ from mobius.plan import (
     reconstructed_map,
     solve,
 )
-from mobius.types import GridMap
+from mobius.types import GridMap, Mode
 
 
 @pytest.fixture
@@ -133,3 +133,36 @@ def test_no_way_is_said_and_forgotten(problem):
     planner.update(blocked=around)
     with pytest.raises(NoPlan, match="shut in"):
         planner.plan()
+
+
+def test_following_with_changes_of_mode_and_a_footprint_earns_what_was_planned(picture):
+    p = build_problem(
+        picture("S.....\n.##...\n..b...\n.....G"),
+        horizon=5,
+        switch_cost=4.0,
+        last_mode="roll",
+        footprint=1,
+    )
+    planner = Planner(p)
+    first = plan = planner.plan(None)
+    assert first.status == "optimal"
+    cells, modes = [tuple(plan.cells[0])], []
+    for _ in range(p.horizon):
+        cells.append(tuple(plan.cells[1]))
+        modes.append(plan.modes[0])
+        planner.update(at=plan.cells[1])
+        assert planner.problem.last_mode is modes[-1]
+        plan = planner.plan(None)
+        check(planner.problem, plan)
+        assert plan.status == "optimal"
+    assert objective_of(p, np.array(cells), modes) == pytest.approx(first.objective)
+
+
+def test_the_mode_it_is_in_may_be_told(picture):
+    p = build_problem(picture("S...G"), horizon=2, must_reach=True, switch_cost=4.0)
+    planner = Planner(p)
+    best = planner.plan(None).objective
+    planner.update(mode="roll")
+    plan = planner.plan(None)
+    assert plan.modes[0] is not Mode.ROLL
+    assert plan.objective == best - 4.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tomllib
 from dataclasses import dataclass, replace
@@ -76,6 +77,23 @@ def test_repaired_table_iv_agrees_on_all_options(random_problem):
         assert value_of("scip", p) == pytest.approx(value_of("exact", p), abs=1e-6)
 
 
+@pytest.mark.parametrize(("name", "maps"), [("didp", 14), ("scip", 8)])
+def test_prices_changes_of_mode_and_footprints_agree(name, maps, random_problem, dressed):
+    pytest.importorskip({"didp": "didppy", "scip": "pyscipopt"}[name])
+    rng = np.random.default_rng(11)
+    for n in range(maps):
+        p = dressed(rng, random_problem(rng, side=(3, 4)))
+        p = replace(p, horizon=4, seen=rng.random(p.grid.shape) < 0.2 if n % 2 else None)
+        assert value_of(name, p) == pytest.approx(value_of("exact", p), abs=1e-5)
+
+
+def test_what_moves_is_refused_by_name_where_it_cannot_be_stated(picture):
+    p = build_problem(picture("S..G"), horizon=1, closed=np.ones((1, 4, 1)))
+    for name in ("didp", "scip", "gurobi"):
+        with pytest.raises(PlanError, match=rf"'{name}' cannot state the option Problem.closed"):
+            solver_of(name)(p, None)
+
+
 LITERAL = {
     "axis": "..rr\n.##.\n.c..\ncc..",
     "box": ".#..\n.b..\n..#.\n....",
@@ -147,6 +165,10 @@ def test_brute_force_out_of_time_has_no_answer():
         (dict(check="swept"), "check='swept'"),
         (dict(early_stop=True), "early_stop"),
         (dict(cell_cost=np.ones((4, 4))), "cell_cost"),
+        (dict(switch_cost={("crawl", "roll"): 1.0}), "switch_cost"),
+        (dict(footprint=((1, 0),)), "footprint"),
+        (dict(seen=np.ones((4, 4))), "seen"),
+        (dict(weights=Weights(per_s=1.0)), "per_s"),
     ],
 )
 def test_the_printed_table_says_what_it_cannot_state(options, says):
@@ -305,12 +327,31 @@ def test_the_command_line_takes_a_solver_and_a_count(capsys):
     assert one == two
 
 
+def test_the_command_line_prices_time_energy_changes_and_sight(capsys, tmp_path):
+    costs = tmp_path / "costs.json"
+    modes = {name: {"m_per_s": 0.5, "J_per_m": 10.0} for name in ("biped", "crawl", "roll")}
+    costs.write_text(json.dumps({"format": "mobius travel 1", "modes": modes}))
+
+    def objective(*argv: str) -> float:
+        assert main(["plan", "demo", "--horizon", "4", "--json", *argv]) == 0
+        return json.loads(capsys.readouterr().out)["objective"]
+
+    plain = objective()
+    assert objective("--costs", str(costs), "--per-s", "2", "--per-j", "0.1") < plain
+    assert objective("--footprint", "2", "--switch-cost", "3") > plain
+
+
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
         (("--solver", "exat"), "Did you mean 'exact'"),
         (("--count", "swep"), "Did you mean 'sweep'"),
         (("--solver", "brute", "--horizon", "30"), "tries every path"),
+        (("--switch-cost", "-1"), "--switch-cost: expected points >= 0, got -1"),
+        (("--per-s", "nan"), "--per-s: expected points >= 0, got nan"),
+        (("--costs", "none.json"), "add --per-s or --per-j"),
+        (("--costs", "none.json", "--per-j", "1"), "there is no such file"),
+        (("--footprint", "-2"), "radius of 0 to 30 cells"),
     ],
 )
 def test_a_mistake_on_the_command_line_is_one_line(capsys, argv, says):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tyro.conf import Positional
 
@@ -51,6 +52,17 @@ class PlanVerb:
     (every path of a tiny problem), or a solver that another package brings."""
     count: str = "sweep"
     """sweep: the cell under a long crawl step is seen too; endpoint: only cells stopped on."""
+    footprint: float | None = None
+    """Radius of what a place sees [cells], less what obstacles hide; only itself if left out."""
+    switch_cost: float | None = None
+    """Points for every change of mode, >= 0; those of --costs if left out, else none."""
+    costs: Path | None = None
+    """Measured seconds and joules per metre and mode, a JSON file (docs/planning.md); the
+    paper's if left out. Needs --per-s or --per-j."""
+    per_s: float = 0.0
+    """Points per second that the plan takes, >= 0."""
+    per_j: float = 0.0
+    """Points per joule that the plan takes, >= 0."""
     deadline: float = 2.0
     """Wall time for the search [s], > 0; the best plan by then is returned with its gap."""
     json: bool = False
@@ -86,6 +98,7 @@ class PlanVerb:
                 must_reach=self.must_reach or self.horizon is None,
                 allow_stay=self.allow_stay,
                 early_stop=self.early_stop,
+                **self._prices(),
             )
             if self.gap_png is None:
                 plan = solver(problem, self.deadline)
@@ -134,6 +147,24 @@ class PlanVerb:
             from mobius.view.gap_picture import draw_gap
 
             draw_gap(self.gap_png, trace, plan, title=name)
+
+    def _prices(self) -> dict[str, Any]:
+        """Options of the problem that price time, energy, changes of mode and sight."""
+        from mobius.plan import DEFAULT_WEIGHTS, read_costs
+
+        for flag in ("per_s", "per_j", "switch_cost"):
+            value = getattr(self, flag)
+            if value is not None and not (math.isfinite(value) and value >= 0):
+                name = flag.replace("_", "-")
+                raise InvalidInput(f"--{name}: expected points >= 0, got {value:g}")
+        if self.costs is not None and not (self.per_s or self.per_j):
+            raise InvalidInput("--costs: seconds and joules have no price; add --per-s or --per-j")
+        travel = DEFAULT_WEIGHTS.travel if self.costs is None else read_costs(self.costs)
+        weights = replace(DEFAULT_WEIGHTS, per_s=self.per_s, per_J=self.per_j, travel=travel)
+        switch: Any = self.switch_cost
+        if switch is None:
+            switch = travel.switch_points(per_s=self.per_s, per_J=self.per_j)
+        return {"weights": weights, "switch_cost": switch, "footprint": self.footprint}
 
     def _print(self, plan: Plan) -> None:
         """The plan as one JSON object, or in lines."""

@@ -20,8 +20,16 @@ from mobius.plan.energy import plan_cost as plan_cost
 from mobius.plan.energy import step_duration as step_duration
 from mobius.plan.maps import RECONSTRUCTED_WEIGHTS as RECONSTRUCTED_WEIGHTS
 from mobius.plan.maps import reconstructed_map as reconstructed_map
+from mobius.plan.problem import DEFAULT_WEIGHTS as DEFAULT_WEIGHTS
 from mobius.plan.problem import NoPlan as NoPlan
 from mobius.plan.problem import Problem as Problem
 from mobius.plan.problem import Weights as Weights
 from mobius.plan.replan import Planner as Planner
+from mobius.plan.risk import RiskyPlan as RiskyPlan
+from mobius.plan.risk import plan_under_risk as plan_under_risk
+from mobius.plan.risk import risky_value as risky_value
+from mobius.plan.rolls import RollRisk as RollRisk
+from mobius.plan.sight import disc as disc
 from mobius.plan.solve import solve as solve
+from mobius.plan.travel import Travel as Travel
+from mobius.plan.travel import read_costs as read_costs

@@ -19,7 +19,7 @@ from typing import Literal
 from mobius import paper
 from mobius.types import Mode
 
-__all__ = ["STEP_LENGTHS", "Action", "Connectivity", "actions_for"]
+__all__ = ["STEP_LENGTHS", "Action", "Connectivity", "actions_for", "line_between"]
 
 Connectivity = Literal["axis", "box", "diagonal"]
 Offset = tuple[int, int]
@@ -63,7 +63,7 @@ def actions_for(
     actions = []
     for mode in modes:
         for d in _steps(STEP_LENGTHS[mode], connectivity):
-            actions.append(Action(mode, d, *_line(d)))
+            actions.append(Action(mode, d, *line_between(d)))
         if allow_stay and mode in STAYING_MODES:
             actions.append(Action(mode, (0, 0), (), ()))
     return tuple(actions)
@@ -81,12 +81,13 @@ def _steps(lengths: tuple[int, ...], connectivity: Connectivity) -> list[Offset]
     return sorted(steps, key=lambda d: (-max(abs(d[0]), abs(d[1])), -d[0], -d[1]))
 
 
-def _line(d: Offset) -> tuple[tuple[Offset, ...], tuple[Offset, ...]]:
+def line_between(d: Offset) -> tuple[tuple[Offset, ...], tuple[Offset, ...]]:
     """Cells crossed and cells touched in a corner by the segment from (0, 0) to d.
 
     The segment leaves a column of cells at the parameters (2 m + 1) / (2 |dx|) and a row at
     (2 m + 1) / (2 |dy|). Between two such parameters it is inside one cell; where a column
-    and a row are left at once, it runs through a corner.
+    and a row are left at once, it runs through a corner, and the two cells beside it follow
+    one another in the second list.
     """
     dx, dy = d
     columns = {Fraction(2 * m + 1, 2 * abs(dx)) for m in range(abs(dx))}

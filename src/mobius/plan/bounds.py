@@ -10,162 +10,144 @@ what moves leaves open at that time. A cell is counted when it is left, and the 
 ``stop`` (if the problem counts it). U_T(start) bounds every plan, and a path that attains it
 without visiting twice is optimal.
 
-Cells are numbered row by row in a frame three cells wider on every side, so that a step is
-one fixed offset in the flat index and nothing wraps round.
+With a footprint a step pays what its places see and its landing does not see again: every
+cell is then paid at least at the last place that sees it, so it stays a bound, and one that
+does not pay a wide view anew at every step.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius.plan.arcs import PAD as PAD
+from mobius.plan.arcs import Arcs as Arcs
+from mobius.plan.arcs import build_arcs as build_arcs
+from mobius.plan.arcs import closed_cells as closed_cells
+from mobius.plan.arcs import terminal_value as terminal_value
 from mobius.plan.problem import Problem
-from mobius.types import Mode
 
-__all__ = ["Arcs", "build_arcs", "capacity_bound", "dp_bound", "shortest_steps", "steps_from"]
+__all__ = [
+    "Arcs",
+    "build_arcs",
+    "capacity_bound",
+    "coverable_cells",
+    "dp_bound",
+    "mode_bounds",
+    "shortest_steps",
+    "steps_from",
+]
 
 Array = NDArray[np.float64]
-PAD = 3
-"""Longest step per axis."""
 UNREACHED = np.iinfo(np.int64).max // 4
 
 
-@dataclass(frozen=True, eq=False)
-class Arcs:
-    """Every legal step of a problem. N padded cells, A actions, flat indices."""
-
-    stride: int
-    lo: int
-    """First flat index of a free cell; a step from it stays within the frame."""
-    hi: int
-    """One past the last flat index of a free cell."""
-    offset: tuple[int, ...]
-    """A flat landing offsets."""
-    seen: tuple[tuple[int, ...], ...]
-    """A tuples of flat offsets of cells counted between departure and landing."""
-    valid: NDArray[np.bool_]
-    """(A, N) whether the step is legal from the cell."""
-    n_seen: Array
-    """(A, N) cells that may earn between departure and landing (a blocked one never does)."""
-    cost: Array
-    """(A, N) P[mode] plus the cell costs entered [points]."""
-    free: NDArray[np.bool_]
-    """(N,)."""
-    pays: NDArray[np.bool_]
-    """(N,) free cells that were not seen before."""
-    touch: tuple[tuple[int, ...], ...]
-    """A tuples of flat offsets of cells that must be open while the step is made."""
-
-    def flat(self, cell: tuple[int, int]) -> int:
-        """Flat index of a cell."""
-        return (cell[0] + PAD) * self.stride + cell[1] + PAD
-
-    def cell(self, flat: int) -> tuple[int, int]:
-        """Cell of a flat index."""
-        return flat // self.stride - PAD, flat % self.stride - PAD
+Way = tuple[int, int, tuple[int, ...]]
+"""Number of the mode (0 where it does not matter), flat landing offset, touched offsets."""
 
 
-def build_arcs(problem: Problem) -> Arcs:
-    """Legality, reward and cost of every action from every cell."""
-    grid = problem.grid
-    stride = grid.shape[1] + 2 * PAD
+class Gains:
+    """What every step earns and costs if every visit pays; of like steps the best."""
 
-    def pad(a: NDArray, fill: float | bool) -> NDArray:
-        return np.pad(a, PAD, constant_values=fill).ravel()
+    def __init__(self, problem: Problem, arcs: Arcs, W: float, *, by_mode: bool = False) -> None:
+        own = arcs.pays if arcs.sight is None else arcs.sight.own
+        self.stop = terminal_value(problem, arcs) + W * (own if problem.count_terminal else 0.0)
+        """(N,) value of ending on a cell."""
+        self._of_action = [
+            problem.modes.index(act.mode) if by_mode else 0 for act in problem.actions
+        ]
+        self._full = self._best(arcs, W, [own + n for n in arcs.n_seen])
+        self._landing = self._full
+        self._last_looks = problem.count_terminal
+        if arcs.sight is not None and (problem.count_terminal or not problem.early_stop):
+            new = [own + n - m for n, m in zip(arcs.n_seen, arcs.sight.again, strict=True)]
+            self._landing = self._best(arcs, W, new)
 
-    free, pays = pad(~grid.blocked, False), pad(problem.pays, False)
-    N = len(free)
-    lo, hi = int(np.argmax(free)), N - int(np.argmax(free[::-1]))
-    inside = slice(lo, hi)
-    allowed = {m: free & pad((grid.allowed & m.bit) > 0, False) for m in problem.modes}
-    costs = pad(problem.costs, 0.0)
-    costly = bool(costs.any())
-    actions = problem.actions
-    offset, seen, touch = [], [], []
-    valid = np.zeros((len(actions), N), dtype=bool)
-    n_seen, cost = np.zeros((len(actions), N)), np.zeros((len(actions), N))
-    for a, act in enumerate(actions):
-        ok = allowed[act.mode]
-        between = [i * stride + j for i, j in act.crossed]
-        corners = [i * stride + j for i, j in act.touched]
-        to = act.d[0] * stride + act.d[1]
-        legal = ok[inside].copy()
-        if problem.check == "swept":
-            for o in (*between, *corners, to):
-                legal &= ok[lo + o : hi + o]
-        else:
-            legal &= free[lo + to : hi + to]
-        counted = between if problem.count == "sweep" and act.mode is not Mode.ROLL else []
-        for o in counted:
-            n_seen[a, inside] += pays[lo + o : hi + o]
-        cost[a] = problem.weights.P[act.mode]
-        for o in (*between, to) if costly and act.d != (0, 0) else ():
-            cost[a, inside] += costs[lo + o : hi + o]
-        valid[a, inside] = legal
-        offset.append(to)
-        seen.append(tuple(counted))
-        touch.append((*between, *corners, to) if problem.check == "swept" else (to,))
-    return Arcs(
-        stride, lo, hi, tuple(offset), tuple(seen), valid, n_seen, cost, free, pays, tuple(touch)
-    )
+    def _best(self, arcs: Arcs, W: float, counts: list[Array]) -> dict[Way, Array]:
+        best: dict[Way, Array] = {}
+        for a, count in enumerate(counts):
+            if arcs.valid[a].any():
+                gain = np.where(arcs.valid[a], W * count - arcs.cost[a], -np.inf)
+                gain = gain[arcs.lo : arcs.hi]
+                way = (self._of_action[a], arcs.offset[a], arcs.touch[a])
+                best[way] = np.maximum(best[way], gain) if way in best else gain
+        return best
+
+    def of(self, k: int) -> dict[Way, Array]:
+        """Points of each way with k steps to go, for cells lo to hi."""
+        return self._landing if k > 1 or self._last_looks else self._full
 
 
-def closed_cells(problem: Problem, arcs: Arcs, k: int) -> NDArray[np.bool_] | None:
-    """(N,) cells that the step with ``k`` steps to go may not enter, or ``None``."""
-    occupied = problem.closed_between(problem.horizon - k)
-    return None if occupied is None else np.pad(occupied, PAD).ravel()
-
-
-def terminal_value(problem: Problem, arcs: Arcs) -> Array:
-    """(N,) value of ending on a cell, without its own reward [points]."""
-    nx, ny = problem.grid.shape
-    i, j = np.indices((nx + 2 * PAD, ny + 2 * PAD)) - PAD
-    d2 = (i - problem.goal[0]) ** 2 + (j - problem.goal[1]) ** 2
-    value = -problem.weights.W_goal * d2.ravel().astype(float)
-    if problem.must_reach:
-        value[d2.ravel() > 0] = -np.inf
-    value[~arcs.free] = -np.inf
-    return value
-
-
-def dp_bound(problem: Problem, arcs: Arcs, *, W_exp: float | None = None) -> Array:
+def dp_bound(
+    problem: Problem, arcs: Arcs, *, W_exp: float | None = None, stop: Array | None = None
+) -> Array:
     """(T + 1, N) table U: row k bounds what k more steps can earn from each cell [points].
 
     The cell's own reward is included (paid when it is left, or by ending on it). Cells from
-    which no k steps make a plan hold -inf.
+    which no k steps make a plan hold -inf. Changes of mode are free here, see
+    :func:`mode_bounds`.
 
     Args:
         problem: The problem.
         arcs: Its :func:`build_arcs`.
         W_exp: Reward per cell, the problem's own if not given.
+        stop: (N,) value of ending on a cell [points], the problem's own if not given.
     """
-    W = problem.weights.W_exp if W_exp is None else W_exp
+    gains = Gains(problem, arcs, problem.weights.W_exp if W_exp is None else W_exp)
     N, lo, hi = arcs.valid.shape[1], arcs.lo, arcs.hi
     inside = slice(lo, hi)
-    stop = terminal_value(problem, arcs) + W * (arcs.pays if problem.count_terminal else 0.0)
+    stop = gains.stop if stop is None else stop
     U = np.full((problem.horizon + 1, N), -np.inf)
     U[0] = stop
-    used = [a for a in range(len(arcs.offset)) if arcs.valid[a].any()]
-    gain = [
-        np.where(arcs.valid[a], W * (arcs.pays + arcs.n_seen[a]) - arcs.cost[a], -np.inf)[inside]
-        for a in used
-    ]
     candidate = np.empty(hi - lo)
     for k in range(1, problem.horizon + 1):
         best = U[k, inside]
         if problem.early_stop:
             best[:] = stop[inside]
         occupied = closed_cells(problem, arcs, k)
-        for a, g in zip(used, gain, strict=True):
-            o = arcs.offset[a]
+        for (_, o, touch), g in gains.of(k).items():
             np.add(g, U[k - 1, lo + o : hi + o], out=candidate)
             if occupied is not None:
-                for s in arcs.touch[a]:
+                for s in touch:
                     candidate[occupied[lo + s : hi + s]] = -np.inf
             np.maximum(best, candidate, out=best)
     return U
+
+
+def mode_bounds(problem: Problem, arcs: Arcs) -> tuple[Array, float]:
+    """The table of :func:`dp_bound` per mode of the step before, changes of mode paid.
+
+    Returns:
+        (M, T + 1, N) bounds in the order of ``problem.modes`` [points], and the bound on all
+        plans from the start, whose mode before is ``problem.last_mode`` [points].
+    """
+    gains = Gains(problem, arcs, problem.weights.W_exp, by_mode=True)
+    modes, T, lo, hi = problem.modes, problem.horizon, arcs.lo, arcs.hi
+    inside, start = slice(lo, hi), arcs.flat(problem.start)
+    U = np.full((len(modes), T + 1, arcs.valid.shape[1]), -np.inf)
+    U[:, 0] = gains.stop
+    root = float(gains.stop[start]) if T == 0 or problem.early_stop else -np.inf
+    for k in range(1, T + 1):
+        by = np.full((len(modes), hi - lo), -np.inf)
+        occupied = closed_cells(problem, arcs, k)
+        for (m, o, touch), g in gains.of(k).items():
+            candidate = g + U[m, k - 1, lo + o : hi + o]
+            if occupied is not None:
+                for s in touch:
+                    candidate[occupied[lo + s : hi + s]] = -np.inf
+            np.maximum(by[m], candidate, out=by[m])
+        for m, before in enumerate(modes):
+            best = U[m, k, inside]
+            if problem.early_stop:
+                best[:] = gains.stop[inside]
+            for row, mode in zip(by, modes, strict=True):
+                np.maximum(best, row - problem.switch_points(before, mode), out=best)
+        if k == T:
+            first = [problem.switch_points(problem.last_mode, mode) for mode in modes]
+            root = max(root, *(by[:, start - lo] - first).tolist())
+    return U, root
 
 
 def _waves(arcs: Arcs, seed: int, *, backward: bool) -> NDArray[np.int64]:
@@ -200,24 +182,36 @@ def steps_from(problem: Problem, arcs: Arcs) -> NDArray[np.int64]:
     return _waves(arcs, arcs.flat(problem.start), backward=False)
 
 
-def capacity_bound(problem: Problem, arcs: Arcs) -> float:
-    """Bound from the number of cells there are: W |coverable| + the best plan's other terms.
+def coverable_cells(problem: Problem, arcs: Arcs) -> NDArray[np.bool_]:
+    """(N,) cells that may earn and that some path of at most T steps counts.
 
-    Coverable is a cell that some path of at most T steps counts (and that can still end at
-    the goal, where it must). Tight where T is large against the map [points].
+    Such a path can still end at the goal, where it must.
     """
     lo, hi, T = arcs.lo, arcs.hi, problem.horizon
     out = steps_from(problem, arcs)
     home = shortest_steps(problem, arcs) if problem.must_reach else np.zeros_like(out)
-    coverable = out + home <= T
+    places = out + home <= T
     here = slice(lo, hi)
     for a, o in enumerate(arcs.offset):
         if not arcs.seen[a]:
             continue
         in_time = arcs.valid[a, here] & (out[here] + 1 + home[lo + o : hi + o] <= T)
         for s in arcs.seen[a]:
-            coverable[lo + s : hi + s] |= in_time
-    coverable &= arcs.pays
+            places[lo + s : hi + s] |= in_time
+    if arcs.sight is None:
+        return places & arcs.pays
+    seen = np.zeros_like(places)
+    for o, mask in arcs.sight.masks.items():
+        seen |= np.roll(places & mask, o)
+    return seen & arcs.pays
+
+
+def capacity_bound(problem: Problem, arcs: Arcs) -> float:
+    """Bound from the number of cells there are: W |coverable| + the best plan's other terms.
+
+    Tight where T is large against the map, or the footprint is [points].
+    """
+    coverable = coverable_cells(problem, arcs)
     rest = dp_bound(replace(problem, count_terminal=False), arcs, W_exp=0.0)
     return float(
         problem.weights.W_exp * np.count_nonzero(coverable)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,9 +19,10 @@ from mobius.plan.problem import (
     NoPlan,
     Problem,
     Weights,
-    plan_mode,
 )
 from mobius.plan.reasons import shut_in, what_separates
+from mobius.plan.sight import footprint_of
+from mobius.plan.travel import plan_mode
 from mobius.types import GridMap, Mode
 
 __all__ = ["build_problem", "literal_problem", "why_no_plan"]
@@ -48,6 +50,9 @@ def build_problem(
     cell_cost: ArrayLike | None = None,
     seen: ArrayLike | None = None,
     closed: ArrayLike | None = None,
+    switch_cost: float | Mapping[tuple[Mode, Mode], float] | None = None,
+    last_mode: str | Mode | None = None,
+    footprint: float | Iterable[Iterable[int]] | None = None,
 ) -> Problem:
     """State the planning problem of Table IV on a map.
 
@@ -77,6 +82,10 @@ def build_problem(
         seen: (nx, ny) cells that were seen before and earn nothing.
         closed: (K, nx, ny) cells that something else occupies at step 0, 1, ..., see
             :class:`Problem`. The fewest steps (``horizon`` left out) do not look at it.
+        switch_cost: Points >= 0 for a change of mode: one number for all, or by (from, to).
+        last_mode: The mode before the first step; the first step is no change without it.
+        footprint: What a place sees: a radius or offsets (di, dj), in cells, less what
+            obstacles hide; only itself if not given.
 
     Raises:
         MapError: Start or goal is off the map, in an obstacle, or on ground that none of
@@ -108,6 +117,9 @@ def build_problem(
         cell_cost=None if cell_cost is None else np.asarray(cell_cost, dtype=float),
         seen=None if seen is None else np.asarray(seen, dtype=bool),
         closed=None if closed is None else np.asarray(closed, dtype=bool),
+        switch_cost=_switches(switch_cost),
+        last_mode=None if last_mode is None else plan_mode(last_mode),
+        footprint=None if footprint is None else footprint_of(footprint),
     )
     if horizon is not None:
         return problem
@@ -116,6 +128,15 @@ def build_problem(
     if fewest >= UNREACHED:
         raise NoPlan(_closed_off(problem))
     return replace(problem, horizon=fewest + slack)
+
+
+def _switches(
+    cost: float | Mapping[tuple[Mode, Mode], float] | None,
+) -> Mapping[tuple[Mode, Mode], float] | None:
+    """One number as a table of every change."""
+    if cost is None or isinstance(cost, Mapping):
+        return cost
+    return {pair: float(cost) for pair in permutations(STEP_LENGTHS, 2)}
 
 
 def literal_problem(

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mobius.errors import PlanError
 from mobius.plan.problem import Problem
 from mobius.types import Mode, Plan
 
-__all__ = ["broken_rule", "cells_seen", "check", "objective_of"]
+__all__ = ["broken_rule", "cells_seen", "check", "in_sight", "objective_of"]
 
 Cell = tuple[int, int]
+
+_SEEN_FROM: WeakKeyDictionary[Problem, dict[Cell, frozenset[Cell]]] = WeakKeyDictionary()
+"""What was worked out once, for as long as the problem lives."""
 
 REL_TOL = 1e-6
 """Relative tolerance on stated objectives and bounds."""
@@ -136,7 +140,7 @@ def cells_seen(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> set
     """The cells that count as seen along a path, those seen before it left out.
 
     Args:
-        problem: Says what counts (``count``, ``count_terminal``).
+        problem: Says what counts (``count``, ``count_terminal``, ``footprint``).
         cells: (T+1, 2) cells.
         modes: T modes.
     """
@@ -146,7 +150,38 @@ def cells_seen(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> set
         for a, b, mode in zip(path[:-1], path[1:], modes, strict=True):
             if mode is not Mode.ROLL:
                 seen.update(c for c in _between(a, b)[0] if not problem.grid.blocked[c])
+    if problem.footprint is not None:
+        seen = {c for place in seen for c in in_sight(problem, place)}
     return seen if problem.seen is None else {c for c in seen if not problem.seen[c]}
+
+
+def in_sight(problem: Problem, place: Cell) -> frozenset[Cell]:
+    """Free cells of the footprint that nothing hides from a free cell."""
+    known = _SEEN_FROM.setdefault(problem, {})
+    if place not in known:
+        blocked = problem.grid.blocked
+        offsets = ((0, 0),) if problem.footprint is None else problem.footprint
+        cells = ((place[0] + i, place[1] + j) for i, j in offsets)
+        known[place] = frozenset(
+            c
+            for c in cells
+            if problem.grid.holds(c) and not blocked[c] and not _hidden(blocked, place, c)
+        )
+    return known[place]
+
+
+def _hidden(blocked: NDArray[np.bool_], a: Cell, b: Cell) -> bool:
+    """Whether the segment runs through a blocked cell, or a corner between two of them."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    crossed, touched = _between(a, b)
+    if any(blocked[c] for c in crossed):
+        return True
+    walls = [(c[0] - a[0], c[1] - a[1]) for c in touched if blocked[c]]
+    return any(
+        abs(i - m) == abs(j - n) == 1 and dx * (j + n) == dy * (i + m)  # across one corner
+        for i, j in walls
+        for m, n in walls
+    )
 
 
 def objective_of(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> float:
@@ -162,11 +197,29 @@ def objective_of(problem: Problem, cells: ArrayLike, modes: Sequence[Mode]) -> f
     value = w.W_exp * len(cells_seen(problem, path, modes))
     gx, gy = problem.goal
     value -= w.W_goal * ((path[-1][0] - gx) ** 2 + (path[-1][1] - gy) ** 2)
+    before = problem.last_mode
     for a, b, mode in zip(path[:-1], path[1:], modes, strict=True):
         value -= w.P[mode]
         if a != b:
             value -= sum(float(cost[c]) for c in [*_between(a, b)[0], b])
+        if w.per_s or w.per_J:
+            value -= _price_of_way(problem, a, b, mode)
+        if problem.switch_cost is not None and before is not None and mode is not before:
+            value -= problem.switch_cost.get((before, mode), 0.0)
+        before = mode
     return value
+
+
+def _price_of_way(problem: Problem, a: Cell, b: Cell, mode: Mode) -> float:
+    """Points for the time and the energy of a step; a rest takes the time of one cell."""
+    w = problem.weights
+    metres = problem.grid.cell * math.hypot(b[0] - a[0], b[1] - a[1])
+    points = 0.0
+    if w.per_s:
+        points += w.per_s * (metres if a != b else problem.grid.cell) / w.travel.m_per_s[mode]
+    if w.per_J:
+        points += w.per_J * metres * w.travel.J_per_m[mode]
+    return points
 
 
 def _check_ends(problem: Problem, plan: Plan, cells: list[Cell]) -> None:

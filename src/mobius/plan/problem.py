@@ -2,6 +2,8 @@ r"""The planner's problem as data: Table IV of the paper, repaired.
 
     maximise   W_exp |cells counted|  -  W_goal ||x_T - x_goal||^2  -  sum_t P[m(t)]
                                       -  sum of cell_cost over the cells entered
+                                      -  sum_t (per_s seconds + per_J joules of step t)
+                                      -  sum of switch_cost over the changes of mode
 
 over paths x(0), ..., x(T) of grid cells and modes m(0), ..., m(T-1), where x(t+1) = x(t) +
 d(t) (7) and d(t) is a step of mode m(t) (8)-(11). Distances count cells, so all weights
@@ -27,6 +29,9 @@ a mode on departure          on every cell of the step               check="endp
 
 With ``check="swept"`` a step of mode m needs m allowed on its departure, on its landing
 and on everything between: the body changes mode only on ground that allows both modes.
+
+With a ``footprint`` more is counted than where the robot is: every place that counts (as
+``count`` and ``count_terminal`` say) looks round, and the cells in its sight count.
 """
 
 from __future__ import annotations
@@ -40,10 +45,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.errors import InvalidInput, PlanError, UnknownName
-from mobius.plan.actions import STEP_LENGTHS, Action, Connectivity, actions_for
+from mobius.plan.actions import Action, Connectivity, actions_for
+from mobius.plan.sight import footprint_of
+from mobius.plan.travel import PAPER_TRAVEL, Travel, plan_mode, switch_table
 from mobius.types import GridMap, Mode, frozen_array
 
-__all__ = ["DEFAULT_WEIGHTS", "Check", "Count", "NoPlan", "Problem", "Weights", "plan_mode"]
+__all__ = ["DEFAULT_WEIGHTS", "Check", "Count", "NoPlan", "Problem", "Weights"]
 
 Count = Literal["sweep", "endpoint"]
 Check = Literal["swept", "endpoint"]
@@ -69,14 +76,6 @@ class NoPlan(PlanError):
         super().__init__(message)
 
 
-def plan_mode(name: str | Mode) -> Mode:
-    """The plannable mode of that name; raises with a suggestion when there is none."""
-    names = [m.value for m in STEP_LENGTHS]
-    if str(name) not in names:
-        raise UnknownName("mode", str(name), names)
-    return Mode(name)
-
-
 @dataclass(frozen=True)
 class Weights:
     """Weights of the objective. The paper prints none of P; the order is its text's."""
@@ -89,11 +88,18 @@ class Weights:
         default_factory=lambda: {Mode.BIPED: 5.0, Mode.CRAWL: 1.0, Mode.ROLL: 10.0}
     )
     """Points per step of each mode, >= 0."""
+    per_s: float = 0.0
+    """Points per second that a step takes, >= 0."""
+    per_J: float = 0.0
+    """Points per joule that a step takes, >= 0."""
+    travel: Travel = PAPER_TRAVEL
+    """Seconds and joules per metre and mode; measured ones by
+    :func:`mobius.plan.read_costs`. Resting lasts as long as one cell takes and costs no J."""
 
     def __post_init__(self) -> None:
         P = {plan_mode(m): _points(f"P[{m}]", v) for m, v in dict(self.P or {}).items()}
         object.__setattr__(self, "P", MappingProxyType(P))
-        for name in ("W_exp", "W_goal"):
+        for name in ("W_exp", "W_goal", "per_s", "per_J"):
             object.__setattr__(self, name, _points(name, getattr(self, name)))
 
 
@@ -150,6 +156,14 @@ class Problem:
     """(K, nx, ny) cells that something else occupies at step t = 0, 1, ...; the last one holds
     from K - 1 on. A step from t to t + 1 may neither cross nor land on what is closed at t or
     at t + 1, so that nothing is met and nothing swaps places. ``None``: nothing moves."""
+    switch_cost: Mapping[tuple[Mode, Mode], float] | None = None
+    """Points >= 0 subtracted where a step's mode differs from that of the step before, by
+    (from, to); changes left out are free. ``None``: all are."""
+    last_mode: Mode | None = None
+    """The mode before the first step; ``None``: the first step changes nothing."""
+    footprint: tuple[Cell, ...] | None = None
+    """Cells a place sees, as offsets (:func:`mobius.plan.disc` makes a round one), less what
+    obstacles hide, see :mod:`mobius.plan.sight`. ``None``: only itself."""
 
     def __post_init__(self) -> None:
         for name, kind in (("connectivity", Connectivity), ("count", Count), ("check", Check)):
@@ -180,14 +194,34 @@ class Problem:
             if len(self.closed) == 0:
                 raise InvalidInput("Problem.closed: expected at least one step, got none")
 
+        self._check_extras()
+
+    def _check_extras(self) -> None:
+        """Prices of time, energy and changes of mode, and the footprint."""
+        w = self.weights
+        for mode in self.modes:
+            if w.per_s:
+                w.travel.seconds(mode, 1.0)
+            if w.per_J:
+                w.travel.joules(mode, 1.0)
+        if self.last_mode is not None:
+            object.__setattr__(self, "last_mode", plan_mode(self.last_mode))
+        if self.switch_cost is not None:
+            table = switch_table("Problem.switch_cost", self.switch_cost)
+            object.__setattr__(self, "switch_cost", table if any(table.values()) else None)
+        if self.footprint is not None:
+            cells = footprint_of(self.footprint)
+            object.__setattr__(self, "footprint", None if cells == ((0, 0),) else cells)
+
     def _check_horizon(self) -> None:
         T = self.horizon
         if not (T >= 0 and float(T).is_integer()):
             raise InvalidInput(f"horizon: expected a whole number of steps >= 0, got {T}")
         object.__setattr__(self, "horizon", int(T))
         nx, ny = self.grid.shape
-        if (T + 1) * nx * ny > MAX_TABLE:
-            most = MAX_TABLE // (nx * ny) - 1
+        tables = 1 if not self.switch_cost else len(self.modes)
+        if (T + 1) * nx * ny * tables > MAX_TABLE:
+            most = MAX_TABLE // (nx * ny * tables) - 1
             raise PlanError(
                 f"horizon {T} on {nx} x {ny} cells is too large to solve in memory; use a"
                 f" horizon of at most {most} or larger cells"
@@ -205,6 +239,12 @@ class Problem:
         last = len(self.closed) - 1
         occupied = self.closed[min(t, last)] | self.closed[min(t + 1, last)]
         return occupied if occupied.any() else None
+
+    def switch_points(self, before: Mode | None, mode: Mode) -> float:
+        """Points of changing from one mode (``None``: from any) to another."""
+        if self.switch_cost is None or before is None or before is mode:
+            return 0.0
+        return self.switch_cost.get((before, mode), 0.0)
 
     @property
     def pays(self) -> NDArray[np.bool_]:

@@ -23,6 +23,7 @@ from mobius.errors import PlanError
 from mobius.plan.check import broken_rule, cells_seen, objective_of
 from mobius.plan.problem import NoPlan, Problem
 from mobius.plan.solve import MAX_STATES, solve
+from mobius.plan.travel import plan_mode
 from mobius.types import GridMap, Mode, Plan
 
 __all__ = ["Planner"]
@@ -49,6 +50,7 @@ class Planner:
         blocked: dict[Cell, bool] | None = None,
         seen: ArrayLike | None = None,
         closed: ArrayLike | None = None,
+        mode: str | Mode | None = None,
     ) -> None:
         """Take in what happened since the last plan.
 
@@ -60,6 +62,8 @@ class Planner:
             seen: (nx, ny) cells seen so far; if not given, those of the old plan's first
                 ``steps`` steps are added.
             closed: (K, nx, ny) what moves, from now on; nothing if not given.
+            mode: The mode the robot is in now; if not given, that of the last step it made
+                along the old plan. It matters where changes of mode cost.
 
         Raises:
             PlanError: The robot is off the map or in an obstacle.
@@ -75,9 +79,13 @@ class Planner:
                 change["horizon"] = max(old.horizon - steps, 0)
             change["seen"] = self._seen(steps) if seen is None else np.asarray(seen, bool)
             if self._last is not None:
+                if 0 < steps <= len(self._last.modes):
+                    change["last_mode"] = self._last.modes[steps - 1]
                 self._last = _rest(self._last, steps)
         elif seen is not None:
             change["seen"] = np.asarray(seen, bool)
+        if mode is not None:
+            change["last_mode"] = plan_mode(mode)
         self.problem = replace(old, **change)
 
     def plan(self, deadline_s: float | None = 0.1, *, max_states: int = MAX_STATES) -> Plan:

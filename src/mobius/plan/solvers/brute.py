@@ -9,6 +9,7 @@ from mobius.errors import PlanError
 from mobius.plan.check import broken_rule, objective_of
 from mobius.plan.problem import Problem
 from mobius.plan.solvers.common import (
+    PROBLEM_FIELDS,
     Cell,
     finished,
     free_cells,
@@ -23,7 +24,8 @@ __all__ = ["MAX_PATHS", "brute", "number_of_paths"]
 MAX_PATHS = 200_000
 """Paths that are accepted; each takes some 50 microseconds."""
 
-Moves = dict[Cell, list[tuple[Cell, Mode]]]
+Moves = list[dict[Cell, list[tuple[Cell, Mode]]]]
+"""Legal steps from every free cell at step 0, 1, ...; the last ones hold on."""
 
 
 def brute(problem: Problem, deadline_s: float | None = None) -> Plan:
@@ -38,7 +40,7 @@ def brute(problem: Problem, deadline_s: float | None = None) -> Plan:
         PlanError: Too many paths, or out of time.
         NoPlan: Not one path obeys the rules.
     """
-    refuse_unknown(problem, "brute")
+    refuse_unknown(problem, "brute", PROBLEM_FIELDS | {"closed"})
     began = time.perf_counter()
     moves = _moves(problem)
     paths = _number_of_paths(problem, moves)
@@ -69,22 +71,24 @@ def number_of_paths(problem: Problem) -> int:
 
 
 def _moves(problem: Problem) -> Moves:
-    """Every legal step from every free cell."""
+    """Every legal step from every free cell, as long as something moves by the step."""
     kinds = kinds_of(problem)
-    moves: Moves = {}
-    for a in free_cells(problem):
-        ends = [((a[0] + dx, a[1] + dy), mode) for mode, dx, dy in kinds]
-        moves[a] = [(b, mode) for b, mode in ends if broken_rule(problem, a, b, mode) is None]
+    moves: Moves = []
+    for t in range(1 if problem.closed is None else len(problem.closed)):
+        moves.append({})
+        for a in free_cells(problem):
+            ends = [((a[0] + dx, a[1] + dy), mode) for mode, dx, dy in kinds]
+            moves[t][a] = [(b, m) for b, m in ends if broken_rule(problem, a, b, m, t) is None]
     return moves
 
 
 def _number_of_paths(problem: Problem, moves: Moves) -> int:
     """Paths of T steps, or of any number up to T with ``early_stop``."""
     here, total = {problem.start: 1}, 1
-    for _ in range(problem.horizon):
+    for t in range(problem.horizon):
         after: dict[Cell, int] = {}
         for a, n in here.items():
-            for b, _mode in moves[a]:
+            for b, _mode in moves[min(t, len(moves) - 1)][a]:
                 after[b] = after.get(b, 0) + n
         here = after
         total = sum(here.values()) + (total if problem.early_stop else 0)
@@ -101,4 +105,5 @@ def _paths(problem: Problem, moves: Moves) -> Iterator[tuple[list[Cell], list[Mo
         if may_end and (cells[-1] == problem.goal or not problem.must_reach):
             yield cells, modes
         if t < problem.horizon:
-            stack += [([*cells, b], [*modes, mode]) for b, mode in moves[cells[-1]]]
+            steps = moves[min(t, len(moves) - 1)][cells[-1]]
+            stack += [([*cells, b], [*modes, mode]) for b, mode in steps]

@@ -25,6 +25,7 @@ __all__ = [
     "finished",
     "free_cells",
     "kinds_of",
+    "looks_of",
     "no_plan",
     "refuse_unknown",
     "steps_of",
@@ -39,11 +40,12 @@ REACH = 3
 
 PROBLEM_FIELDS = {
     "grid", "start", "goal", "horizon", "modes", "weights", "connectivity", "count", "check",
-    "count_terminal", "allow_stay", "must_reach", "early_stop", "cell_cost",
+    "count_terminal", "allow_stay", "must_reach", "early_stop", "cell_cost", "switch_cost",
+    "last_mode", "footprint", "seen",
 }  # fmt: skip
 """Fields of a problem that the solvers here state."""
 
-WEIGHT_FIELDS = {"W_exp", "W_goal", "P"}
+WEIGHT_FIELDS = {"W_exp", "W_goal", "P", "per_s", "per_J", "travel"}
 """Fields of its weights that they state."""
 
 
@@ -54,9 +56,9 @@ class Step:
     kind: Kind
     to: Cell
     seen: frozenset[Cell]
-    """Cells counted by taking the step: the departure and what lies between."""
+    """Cells counted by taking the step: what the departure and the places crossed see."""
     cost: float
-    """P of the mode plus the cell costs entered [points]."""
+    """P of the mode, time, energy and the cell costs entered, no change of mode [points]."""
 
 
 def refuse_unknown(
@@ -94,7 +96,14 @@ def kinds_of(problem: Problem) -> list[Kind]:
     grid = GridMap("open ground", problem.grid.cell, np.zeros(3), free, allowed)
     middle = (REACH, REACH)
     ground = replace(
-        problem, grid=grid, start=middle, goal=middle, horizon=1, cell_cost=np.zeros((side, side))
+        problem,
+        grid=grid,
+        start=middle,
+        goal=middle,
+        horizon=1,
+        cell_cost=None,
+        seen=None,
+        closed=None,
     )
     reach = range(-REACH, REACH + 1)
     return [
@@ -110,7 +119,7 @@ def steps_of(problem: Problem) -> dict[Cell, list[Step]]:
     """Every legal step from every free cell, with what it earns and costs."""
     kinds = kinds_of(problem)
     weights = replace(problem.weights, W_exp=0.0, W_goal=0.0)
-    bare = replace(problem, weights=weights, count_terminal=False)
+    bare = replace(problem, weights=weights, count_terminal=False, last_mode=None)
     steps: dict[Cell, list[Step]] = {}
     for a in free_cells(problem):
         steps[a] = []
@@ -121,6 +130,12 @@ def steps_of(problem: Problem) -> dict[Cell, list[Step]]:
                 cost = -objective_of(bare, [a, b], [mode])
                 steps[a].append(Step((mode, dx, dy), b, seen, cost))
     return steps
+
+
+def looks_of(problem: Problem) -> dict[Cell, frozenset[Cell]]:
+    """What counts when a place looks, for every free cell."""
+    looking = replace(problem, count_terminal=True)
+    return {c: frozenset(cells_seen(looking, [c], [])) for c in free_cells(problem)}
 
 
 def no_plan(solver: str) -> NoPlan:

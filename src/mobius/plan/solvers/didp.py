@@ -1,12 +1,14 @@
 """An independent exact engine: domain-independent dynamic programming (package didppy).
 
-State: time, cell, set of cells counted so far. A step from a cell counts the cells that the
+State: time, cell, set of cells counted so far, and the mode of the last step where changes of
+mode cost. A step from a cell counts the cells that the
 checker counts for it, and the last cell by the value of ending. Complete anytime beam search
 on one thread; fewer cells counted is never worse for what follows, so a state with a subset
 of another's cells and no lower score makes the other superfluous.
 
-The bound is the memoryless one: every visit pays. It is worked out here from this module's own
-tables, so that an error in :mod:`mobius.plan.bounds` does not show up on both sides.
+The bound is the memoryless one: every visit pays, changes of mode are free. It is worked out
+here from this module's own tables, so that an error in :mod:`mobius.plan.bounds` does not show
+up on both sides.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from mobius.plan.solvers.common import (
     Cell,
     Kind,
     finished,
+    looks_of,
     no_plan,
     refuse_unknown,
     steps_of,
@@ -49,6 +52,8 @@ class _Tables:
     """K x N lists of flat cells that the step counts."""
     cost: NDArray[np.float64]
     """(K, N) [points]."""
+    look: list[list[int]]
+    """N lists of flat cells that a place counts by itself."""
     end: NDArray[np.float64]
     """(N,) value of ending on a cell, its own reward left out; -inf where it may not be."""
 
@@ -116,13 +121,17 @@ def _tables(problem: Problem) -> _Tables:
     d2 = (i - problem.goal[0]) ** 2 + (j - problem.goal[1]) ** 2
     end = -problem.weights.W_goal * d2.astype(float)
     end[problem.grid.blocked | (problem.must_reach & (d2 > 0))] = -np.inf
-    return _Tables(kinds, legal, to, seen, cost, end.ravel())
+    look: list[list[int]] = [[] for _ in range(nx * ny)]
+    for c, cells in looks_of(problem).items():
+        look[_flat(problem, c)] = sorted(_flat(problem, d) for d in cells)
+    return _Tables(kinds, legal, to, seen, cost, look, end.ravel())
 
 
 def _bound_table(problem: Problem, tables: _Tables) -> NDArray[np.float64]:
     """(T+1, N) most that k further steps can earn if every visit pays; -inf: dead end."""
     W = problem.weights.W_exp
-    stop = tables.end + (W if problem.count_terminal else 0.0)
+    own = np.array([len(cells) for cells in tables.look], dtype=float)
+    stop = tables.end + (W * own if problem.count_terminal else 0.0)
     number = np.array([[len(cells) for cells in row] for row in tables.seen], dtype=float)
     gain = np.where(tables.legal, W * number.reshape(tables.cost.shape) - tables.cost, -np.inf)
     U = np.full((problem.horizon + 1, len(stop)), -np.inf)
@@ -138,7 +147,8 @@ def _bound_table(problem: Problem, tables: _Tables) -> NDArray[np.float64]:
 def _model(dp: Any, problem: Problem, tables: _Tables, U: NDArray[np.float64]) -> Any:
     """The problem in didppy's words; whole numbers stay integers."""
     T, W = problem.horizon, problem.weights.W_exp
-    numbers = np.concatenate([[W, problem.weights.W_goal], tables.cost.ravel()])
+    switches = _switches(problem, tables)
+    numbers = np.concatenate([[W, problem.weights.W_goal], tables.cost.ravel(), switches.ravel()])
     whole = bool(np.all(numbers == np.round(numbers)))
     number = int if whole else float
     model = dp.Model(maximize=True, float_cost=not whole)
@@ -147,6 +157,9 @@ def _model(dp: Any, problem: Problem, tables: _Tables, U: NDArray[np.float64]) -
     here = model.add_element_var(object_type=cell_type, target=_flat(problem, problem.start))
     t = model.add_element_var(object_type=time_type, target=0)
     seen = model.add_set_resource_var(object_type=cell_type, target=[], less_is_better=True)
+    mode_type = model.add_object_type(number=len(switches))
+    changing = problem.switch_cost is not None
+    last = model.add_element_var(object_type=mode_type, target=len(switches) - 1)
 
     def table(values: NDArray[np.float64]) -> Any:
         rows = np.where(np.isfinite(values), values, 0.0).tolist()
@@ -157,17 +170,21 @@ def _model(dp: Any, problem: Problem, tables: _Tables, U: NDArray[np.float64]) -
         return model.add_int_table(rows) if whole else model.add_float_table(rows)
 
     later = dp.IntExpr.state_cost() if whole else dp.FloatExpr.state_cost()
-    for k in range(len(tables.kinds)):
+    for k, kind in enumerate(tables.kinds):
         counted = model.add_set_table(tables.seen[k], object_type=cell_type)[here]
         cost = table(tables.cost[k])[here]
+        effects = [
+            (seen, seen | counted),
+            (here, model.add_element_table(tables.to[k].tolist())[here]),
+            (t, t + 1),
+        ]
+        if changing:
+            cost += table(switches[:, k])[last]
+            effects.append((last, problem.modes.index(kind[0])))
         step = dp.Transition(
             name=str(k),
             cost=(counted - seen).len() * number(W) - cost + later,
-            effects=[
-                (seen, seen | counted),
-                (here, model.add_element_table(tables.to[k].tolist())[here]),
-                (t, t + 1),
-            ],
+            effects=effects,
             preconditions=[t < T, model.add_bool_table(tables.legal[k].tolist())[here]],
         )
         model.add_transition(step)
@@ -177,11 +194,27 @@ def _model(dp: Any, problem: Problem, tables: _Tables, U: NDArray[np.float64]) -
             name=STOP, cost=later, effects=[(t, T)], preconditions=[t < T, may_end]
         )
         model.add_transition(stop)
-    last = seen.contains(here).if_then_else(0, number(W)) if problem.count_terminal else 0
-    model.add_base_case([t == T, may_end], cost=table(tables.end)[here] + last)
+    look = model.add_set_table(tables.look, object_type=cell_type)[here]
+    looked = (look - seen).len() * number(W) if problem.count_terminal else 0
+    model.add_base_case([t == T, may_end], cost=table(tables.end)[here] + looked)
     model.add_state_constr(model.add_bool_table(np.isfinite(U[::-1]).tolist())[t, here])
     model.add_dual_bound(table(U[::-1])[t, here])
     return model
+
+
+def _switches(problem: Problem, tables: _Tables) -> NDArray[np.float64]:
+    """(M + 1, K) points of each kind after each mode; last row: after the mode before."""
+    befores = (*problem.modes, problem.last_mode)
+    if problem.switch_cost is None:
+        return np.zeros((len(befores), len(tables.kinds)))
+    table = [[_change(problem, b, kind[0]) for kind in tables.kinds] for b in befores]
+    return np.array(table, dtype=float).reshape(len(befores), len(tables.kinds))
+
+
+def _change(problem: Problem, before: Mode | None, mode: Mode) -> float:
+    if before is None or before is mode or problem.switch_cost is None:
+        return 0.0
+    return problem.switch_cost.get((before, mode), 0.0)
 
 
 def _path(problem: Problem, tables: _Tables, names: list[str]) -> tuple[list[Cell], list[Mode]]:

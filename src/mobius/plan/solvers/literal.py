@@ -34,6 +34,11 @@ def refuse_for_literal(problem: Problem) -> None:
         "check='swept'": problem.check != "endpoint",
         "early_stop=True": problem.early_stop,
         "cell_cost": bool(np.any(problem.costs)),
+        "seen": problem.seen is not None and bool(np.any(problem.seen)),
+        "switch_cost": problem.switch_cost is not None,
+        "footprint": problem.footprint is not None,
+        "Weights.per_s": problem.weights.per_s != 0,
+        "Weights.per_J": problem.weights.per_J != 0,
     }
     said = [name for name, is_wrong in wrong.items() if is_wrong]
     if said:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from mobius.plan.solvers.common import Cell, free_cells, steps_of
+from collections.abc import Mapping
+
+from mobius.plan.solvers.common import Cell, free_cells, looks_of, steps_of
 from mobius.plan.solvers.motion import TableIV, negative
+from mobius.types import Mode
 
 __all__ = ["add_repaired"]
 
@@ -25,10 +28,14 @@ def add_repaired(table: TableIV) -> None:
         if p.must_reach and d2:
             f.equal({v: 1.0}, 0.0)
     credit: dict[Cell, list[int]] = {c: [] for c in cells}
+    looks = looks_of(p)
     for t, row in enumerate(z):
         for c, v in _counted(table, row, t).items():
-            credit[c].append(v)
-    _steps(table, z, credit)
+            for cell in looks[c]:
+                credit[cell].append(v)
+    _steps(table, z, credit, looks)
+    if p.switch_cost is not None:
+        _changes(table, p.switch_cost)
     for c, V in seen.items():
         f.earn(V, p.weights.W_exp)
         f.at_most({V: 1.0, **dict.fromkeys(credit[c], -1.0)}, 0.0)
@@ -51,7 +58,28 @@ def _counted(table: TableIV, z: dict[Cell, int], t: int) -> dict[Cell, int]:
     return left
 
 
-def _steps(table: TableIV, z: list[dict[Cell, int]], credit: dict[Cell, list[int]]) -> None:
+def _changes(table: TableIV, cost: Mapping[tuple[Mode, Mode], float]) -> None:
+    """What changes of mode cost: w >= m_a(t-1) + m_b(t) - 1 for each change from a to b."""
+    p, f = table.problem, table.model
+    for t, now in enumerate(table.m):
+        for (a, b), points in cost.items():
+            if b not in now or points == 0:
+                continue
+            if t == 0:
+                if a is p.last_mode:
+                    f.earn(now[b], -points)
+            elif a in now:
+                w = f.continuous(f"w_{t}_{a}_{b}", 0.0, 1.0)
+                f.at_most({table.m[t - 1][a]: 1.0, now[b]: 1.0, w: -1.0}, 1.0)
+                f.earn(w, -points)
+
+
+def _steps(
+    table: TableIV,
+    z: list[dict[Cell, int]],
+    credit: dict[Cell, list[int]],
+    looks: dict[Cell, frozenset[Cell]],
+) -> None:
     """Which step may be taken where, and what it sees and costs on the way."""
     p, f = table.problem, table.model
     steps = {c: {s.kind: s for s in ways} for c, ways in steps_of(p).items()}
@@ -59,7 +87,7 @@ def _steps(table: TableIV, z: list[dict[Cell, int]], credit: dict[Cell, list[int
         legal = {c: ways[kind] for c, ways in steps.items() if kind in ways}
         forbidden = [c for c in steps if c not in legal]
         price = p.weights.P[kind[0]]
-        rich = {c: s for c, s in legal.items() if len(s.seen) > 1 or abs(s.cost - price) > 1e-12}
+        rich = {c: s for c, s in legal.items() if s.seen - looks[c] or abs(s.cost - price) > 1e-12}
         for t in range(p.horizon):
             u = table.u[t][a]
             f.at_most({u: 1.0, **{z[t][c]: 1.0 for c in forbidden}}, 1.0)
@@ -69,5 +97,5 @@ def _steps(table: TableIV, z: list[dict[Cell, int]], credit: dict[Cell, list[int
                 f.at_most({y: 1.0, u: -1.0}, 0.0)
                 f.at_most({z[t][c]: 1.0, u: 1.0, y: -1.0}, 1.0)
                 f.earn(y, price - s.cost)
-                for between in s.seen - {c}:
+                for between in s.seen - looks[c]:
                     credit[between].append(y)

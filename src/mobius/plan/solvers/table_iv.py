@@ -21,7 +21,7 @@ Its circles and rectangles are worked out from the map: each set of cells with t
 modes is covered with discs, the obstacles with rectangles; on whole cells that is exact.
 
 ``repaired`` is exact on whole cells, has neither big M nor quadratics nor epsilon, and states
-every option of :class:`mobius.plan.Problem`:
+every option of :class:`mobius.plan.Problem` but ``closed``:
 
 - exactly one z(t, i, j) is 1 at each time, and x is read off it;
 - ground and obstacles (12)-(20): a step that the checker refuses from a cell cannot be taken
@@ -29,7 +29,9 @@ every option of :class:`mobius.plan.Problem`:
 - the squared distance to the goal is a number per cell, so the objective is linear;
 - what a step sees or costs between its ends hangs on one more variable per step and cell,
   y >= z + u - 1, y <= z, y <= u;
-- with ``early_stop`` the modes of a time add up to at most one, and never resume.
+- with ``early_stop`` the modes of a time add up to at most one, and never resume;
+- with a ``footprint`` V is held by the z of every cell that sees it; a change of mode is one
+  more variable, w >= m_a(t-1) + m_b(t) - 1.
 """
 
 from __future__ import annotations
@@ -63,7 +65,8 @@ def table_iv(
 
     Args:
         problem: Any problem for ``repaired``. ``literal`` has end points only
-            (``count="endpoint"``, ``check="endpoint"``), no cell costs and no early stop.
+            (``count="endpoint"``, ``check="endpoint"``), no cell costs, no prices
+            of time, energy or changes of mode, no footprint and no early stop.
         reading: ``repaired`` or ``literal``, see the module's docstring.
         M: The table's M, ``literal`` only; the default is nx^2 + ny^2 [cells^2], just enough.
             A smaller one cuts off plans, as any M that is too small does.
