@@ -152,3 +152,18 @@ def test_options_enter_the_table(picture, option):
         # table did not pay revisits: 19 + 39 = 58 is still its bound
         assert U[1, arcs.flat((3, 0))] == 20
         assert (dp_bound(p, build_arcs(p)) <= U).all()
+
+
+def test_a_windowed_table_is_the_table_wherever_the_start_gets(rng, random_problem):
+    left_out = 0
+    for _ in range(30):
+        p = replace(random_problem(rng, side=(3, 14), moving=True), horizon=4)
+        arcs = build_arcs(p)
+        whole, windowed = dp_bound(p, arcs), dp_bound(p, arcs, window=True)
+        steps = steps_from(p, arcs)
+        for k in range(p.horizon + 1):
+            reached = steps <= p.horizon - k
+            assert (windowed[k, reached] == whole[k, reached]).all()
+        assert (windowed <= whole).all()
+        left_out += np.isfinite(whole).sum() - np.isfinite(windowed).sum()
+    assert left_out > 0

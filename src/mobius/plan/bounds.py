@@ -81,7 +81,12 @@ class Gains:
 
 
 def dp_bound(
-    problem: Problem, arcs: Arcs, *, W_exp: float | None = None, stop: Array | None = None
+    problem: Problem,
+    arcs: Arcs,
+    *,
+    W_exp: float | None = None,
+    stop: Array | None = None,
+    window: bool = False,
 ) -> Array:
     """(T + 1, N) table U: row k bounds what k more steps can earn from each cell [points].
 
@@ -94,24 +99,27 @@ def dp_bound(
         arcs: Its :func:`build_arcs`.
         W_exp: Reward per cell, the problem's own if not given.
         stop: (N,) value of ending on a cell [points], the problem's own if not given.
+        window: Leave cells out (-inf) that are too far from the start for T - k steps.
     """
     gains = Gains(problem, arcs, problem.weights.W_exp if W_exp is None else W_exp)
     N, lo, hi = arcs.valid.shape[1], arcs.lo, arcs.hi
-    inside = slice(lo, hi)
     stop = gains.stop if stop is None else stop
     U = np.full((problem.horizon + 1, N), -np.inf)
     U[0] = stop
-    candidate = np.empty(hi - lo)
+    scratch = np.empty(hi - lo)
+    here, farthest = arcs.flat(problem.start), PAD * (arcs.stride + 1)
     for k in range(1, problem.horizon + 1):
-        best = U[k, inside]
+        reach = farthest * (problem.horizon - k) if window else len(stop)
+        i, j = max(lo, here - reach), min(hi, here + reach + 1)
+        best, candidate = U[k, i:j], scratch[: j - i]
         if problem.early_stop:
-            best[:] = stop[inside]
+            best[:] = stop[i:j]
         occupied = closed_cells(problem, arcs, k)
-        for (_, o, touch), g in gains.of(k).items():
-            np.add(g, U[k - 1, lo + o : hi + o], out=candidate)
+        for (_, o, touch), gain in gains.of(k).items():
+            np.add(gain[i - lo : j - lo], U[k - 1, i + o : j + o], out=candidate)
             if occupied is not None:
                 for s in touch:
-                    candidate[occupied[lo + s : hi + s]] = -np.inf
+                    candidate[occupied[i + s : j + s]] = -np.inf
             np.maximum(best, candidate, out=best)
     return U
 

@@ -58,6 +58,8 @@ class Space:
         self.T = problem.horizon
         self.start = arcs.flat(problem.start)
         self.root = float(U[self.T, self.start])
+        self.table = U
+        """(T + 1, N) the bound table it was made with."""
         self._tables = U[np.newaxis]
         """(M, T + 1, N) bounds per mode of the last step; M is 1 where it does not matter."""
         self._rows: list[list[list[float] | None]] = [[None] * (self.T + 1)]
