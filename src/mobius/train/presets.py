@@ -229,10 +229,10 @@ _CRAWL = Preset(
     late=(
         2_600_000,
         {
-            "tracking_linear": 4.5,
-            "tracking_far": 2.0,
+            "tracking_linear": 8.0,
+            "tracking_far": 4.0,
             "tracking_yaw": 2.0,
-            "power": -0.012,
+            "power": -0.008,
             "joint_speed": -0.15,
             "height": -150.0,
             "vertical_velocity": -3.0,
