@@ -71,9 +71,8 @@ def solve(
 
     Args:
         problem: From :func:`mobius.plan.build_problem`.
-        deadline_s: Wall time [s] for the search after the bound table, on large maps (see
-            :mod:`mobius.plan.large`) for the table too; ``None`` for none. A plan is
-            returned in any case, however short it is.
+        deadline_s: Wall time [s], the bound table included; ``None`` for none. The table and a
+            first plan are made in any case, however short it is.
         max_states: States the search may generate; ten states of an array count as one.
         raise_infeasible: If false, a problem without a plan gives an empty plan of status
             "infeasible" (objective and bound -inf) instead of an error.
@@ -132,21 +131,20 @@ def _solve(
         return _plan(problem, space, Found(-np.inf, None), -np.inf, began)
     tell = Teller(on_progress, began)
     tell(-np.inf, space.root)
-    if is_large(problem):  # its deadline counts the table too
-        left = None if deadline_s is None else deadline_s - (time.perf_counter() - began)
+    ends_s = None if deadline_s is None else began + deadline_s
+    if is_large(problem):
         plan = solve_large(
-            problem, arcs, U, deadline_s=left, max_states=max_states, incumbent=incumbent
+            problem, arcs, U, deadline_s=_left(ends_s), max_states=max_states, incumbent=incumbent
         )
         tell(plan.objective, plan.bound)
         return replace(plan, solve_s=time.perf_counter() - began)
-    best = greedy(space, Budget(GREEDY_STATES_PER_STEP * (problem.horizon + 1), deadline_s))
+    best = greedy(space, Budget(GREEDY_STATES_PER_STEP * (problem.horizon + 1), _left(ends_s)))
     if best.link is not None:
         tell(best.value, best.value)
         return _plan(problem, space, best, best.value, began)
     best = _known(space, incumbent)
     tell(best.value, space.root)
-    ends_s = None if deadline_s is None else time.perf_counter() + deadline_s
-    budget = Budget(max_states, deadline_s)
+    budget = Budget(max_states, _left(ends_s))
     for width in TIGHT_WIDTHS:  # only states that may still attain the bound: cheap, often enough
         found, _ = beam(space, width, Found(space.root - 2 * space.tol, None), budget)
         if found.link is not None:
@@ -156,6 +154,11 @@ def _solve(
     tell(best.value, bound)
     best, bound = _widened(space, best, bound, budget, ends_s, tell)
     return _plan(problem, space, best, bound, began)
+
+
+def _left(ends_s: float | None) -> float | None:
+    """Time left [s] until a moment of :func:`time.perf_counter`; ``None`` for ever."""
+    return None if ends_s is None else ends_s - time.perf_counter()
 
 
 def _widened(
