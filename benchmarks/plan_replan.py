@@ -75,7 +75,7 @@ def timing(runs: int, steps: int) -> dict[str, float]:
             reconstructed_map(), horizon=20, weights=RECONSTRUCTED_WEIGHTS, allow_stay=True
         )
         closed = walkers(np.random.default_rng(run), problem.grid.blocked, steps + 40)
-        took, collided = drive(problem, closed, steps, 0.04)
+        took, collided = drive(problem, closed, steps, 0.035)
         seconds += took
         met += collided
         print(f"run {run}: {len(took)} plans, {collided} steps met something", flush=True)
