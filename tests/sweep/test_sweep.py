@@ -104,7 +104,7 @@ def test_kill_minus_nine_loses_no_row_and_doubles_none(tmp_path, workers):
 def test_workers_end_with_the_process_that_started_them(tmp_path):
     code = (
         "import os, sys, time\nfrom mobius.sweep.workers import rows_here\n"
-        "def work(s):\n print(os.getpid(), flush=True); time.sleep(60)\n"
+        "def work(s):\n os.write(1, b'%d\\n' % os.getpid()); time.sleep(60)\n"
         "list(rows_here(work, [(0, {}), (1, {})], workers=2))"
     )
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
