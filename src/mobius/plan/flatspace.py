@@ -23,8 +23,8 @@ Bits = NDArray[np.uint64]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-MAX_CELLS = 4096
-"""Cells within reach beyond which the arrays are not made."""
+MAX_CELLS = 1024
+"""Cells within reach beyond which the arrays are not made: windows get further there."""
 
 PLAIN = frozenset(
     (

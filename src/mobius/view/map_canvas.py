@@ -5,9 +5,10 @@ Drawn along the grid's own axes, in cells; the axes of the picture say metres.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -18,7 +19,7 @@ from mobius.view.palette import MODE_COLOURS
 
 __all__ = [
     "COVERED", "INK", "OBSTACLE", "PICTURE_DPI", "PLANNED_MODES", "canvas", "cell_points",
-    "covered", "forced", "ground", "metres", "picture_size",
+    "covered", "forced", "ground", "legend_beside", "metres", "picture_size",
 ]  # fmt: skip
 
 PICTURE_DPI = 100
@@ -113,3 +114,16 @@ def metres(axes: Axes, grid: GridMap) -> None:
         zero = 0.0 if turned else float(origin)
         axis.set_ticks(at, [f"{zero + k * grid.cell:g}" for k in at], fontsize=9)
         axis.set_label_text(f"{name} of the grid [m]" if turned else f"{name} [m]")
+
+
+def legend_beside(axes: Axes, keys: Sequence[Artist]) -> None:
+    """What the signs mean, to the right of a map."""
+    axes.legend(
+        handles=list(keys),
+        loc="upper left",
+        bbox_to_anchor=(1.02, 1.0),
+        borderaxespad=0.0,
+        frameon=False,
+        fontsize=10,
+        labelspacing=0.8,
+    )

@@ -30,6 +30,7 @@ from mobius.view.map_canvas import (
     covered,
     forced,
     ground,
+    legend_beside,
     metres,
     picture_size,
 )
@@ -128,12 +129,4 @@ def _legend(axes: Axes, grid: GridMap, plan: Plan) -> None:
     mark: dict[str, Any] = {"ls": "none", "ms": 10}
     keys.append(Line2D([], [], marker="o", mfc="none", mec=INK, mew=1.6, label="start", **mark))
     keys.append(Line2D([], [], marker="*", color=INK, label="goal", **mark))
-    axes.legend(
-        handles=keys,
-        loc="upper left",
-        bbox_to_anchor=(1.02, 1.0),
-        borderaxespad=0.0,
-        frameon=False,
-        fontsize=10,
-        labelspacing=0.8,
-    )
+    legend_beside(axes, keys)

@@ -31,6 +31,7 @@ from mobius.view.map_canvas import (
     covered,
     forced,
     ground,
+    legend_beside,
     metres,
 )
 from mobius.view.palette import MODE_COLOURS
@@ -157,15 +158,7 @@ def _legend(axes: Axes, problem: Problem, used: Sequence[Mode]) -> None:
     keys.append(Patch(color=COVERED, label="covered"))
     keys.append(Line2D([], [], color=INK, mfc="none", label="start", **dot))
     keys.append(Line2D([], [], color=INK, **{**dot, "marker": "*"}, label="goal"))
-    axes.legend(
-        handles=keys,
-        loc="upper left",
-        bbox_to_anchor=(1.02, 1.0),
-        borderaxespad=0.0,
-        frameon=False,
-        fontsize=10,
-        labelspacing=0.8,
-    )
+    legend_beside(axes, keys)
 
 
 def _write_gif(path: Path, frames: Iterator[Frame], fps: float) -> None:
