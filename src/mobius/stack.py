@@ -5,8 +5,10 @@ belief updated; at 60 Hz (every 10th) the mode, its twist and the joint targets 
 
     frame   = senses.corrupt(robot.read())              robot    -> SensorFrame
     estimator.take(frame); belief = estimator.belief()  estimate -> StateEstimate
-    command = machine.step(source(belief))              modes    -> ModeCommand
+    command = machine.step(source(belief), seen)        modes    -> ModeCommand
     sent    = robot.write(limb.act(command, belief, frame))   control -> JointCommand
+
+A controller with an attribute ``every`` acts every so many ticks in between, too (motions: 2).
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from mobius.control.bodies import body_of
 from mobius.control.observation import heading_twist
 from mobius.errors import InvalidInput
 from mobius.geometry import quat_conj, quat_to_rpy, rotate
-from mobius.modes import ModeMachine
+from mobius.modes import DampedHold, ModeMachine, Seen, Trust
 from mobius.robot import TICK, Robot
 from mobius.types import (
     GridMap,
@@ -57,7 +59,12 @@ Source = Callable[[StateEstimate], ModeCommand]
 
 
 class Controller(Protocol):
-    """What serves a mode (Fig. 6, right column)."""
+    """What serves a mode (Fig. 6, right column).
+
+    It may have more: ``every``, ticks between two acts, a divisor of 10 and a multiple of 2;
+    ``begin(targets)``, told the targets (22,) [rad] sent last, after each reset; ``state``
+    (running, done, failed) and ``reason``, for the mode machine.
+    """
 
     def reset(self) -> None:
         """Start anew."""
@@ -74,7 +81,9 @@ class Sensing(Protocol):
 
 
 class Believing(Protocol):
-    """What turns readings into belief."""
+    """What turns readings into belief; in a stack with other modes than walking also
+    ``trust(vio=, legs=, ground=)`` (:meth:`mobius.estimate.Estimator.trust`).
+    """
 
     def take(self, frame: SensorFrame) -> None:
         """Take in one frame (300 Hz)."""
@@ -117,10 +126,15 @@ class Stack:
                 f"no controller for mode {', '.join(missing)}; pass one or leave it out"
             )
         self.robot, self.senses, self.estimator = robot, senses, estimator
-        self.machine, self.controllers = machine, controllers
+        self.machine = machine
+        self.controllers: dict[Mode, Controller] = {Mode.STOP: DampedHold(), **controllers}
         self.tick = 0
         self.energy = 0.0
         self._active: Mode | None = None
+        self._every = ACT_EVERY
+        self._command: ModeCommand | None = None
+        self._sent: JointCommand | None = None
+        self._trust = Trust()
         self._frame: SensorFrame | None = None
         self._last_energy = 0.0
 
@@ -131,7 +145,11 @@ class Stack:
             self.energy += float(np.abs(raw.torque) @ np.abs(raw.dq)) * READ_EVERY * TICK
             self._frame = self.senses.corrupt(raw)
             self.estimator.take(self._frame)
-        sample = self._act(source) if self.tick % ACT_EVERY == 0 else None
+        sample = None
+        if self.tick % ACT_EVERY == 0:
+            sample = self._act(source)
+        elif self.tick % self._every == 0:
+            self._write(self.estimator.belief())
         self.robot.wait()
         self.tick += 1
         return sample
@@ -140,15 +158,44 @@ class Stack:
         frame = self._frame
         assert frame is not None  # tick 0 reads first
         belief = self.estimator.belief()
-        command = self.machine.step(source(belief))
-        controller = self.controllers[command.mode]
-        if command.mode is not self._active:
-            controller.reset()
-            self._active = command.mode
-        sent = self.robot.write(controller.act(command, belief, frame))
+        self._command = self.machine.step(source(belief), self._seen(belief, frame))
+        if self._command.mode is not self._active:
+            self._change(self._command.mode)
+        sent = self._write(belief)
         power = (self.energy - self._last_energy) / (ACT_EVERY * TICK)
         self._last_energy = self.energy
-        return Sample(self.tick, frame, belief, command, sent, self.energy, power)
+        return Sample(self.tick, frame, belief, self._command, sent, self.energy, power)
+
+    def _seen(self, belief: StateEstimate, frame: SensorFrame) -> Seen:
+        """What the mode machine goes by."""
+        active: Any = None if self._active is None else self.controllers[self._active]
+        state, reason = getattr(active, "state", "running"), getattr(active, "reason", "")
+        return Seen(belief, frame.q, state, reason)
+
+    def _change(self, mode: Mode) -> None:
+        """Another controller takes over; the estimator learns what to trust."""
+        controller: Any = self.controllers[mode]
+        self._every = getattr(controller, "every", ACT_EVERY)
+        if ACT_EVERY % self._every or self._every % READ_EVERY:
+            raise InvalidInput(
+                f"controller of mode '{mode}': expected every = 2 or 10 ticks, got {self._every}"
+            )
+        controller.reset()
+        if self._sent is not None and hasattr(controller, "begin"):
+            controller.begin(self._sent.q)
+        self._active = mode
+        trust = self.machine.trust
+        if trust != self._trust:
+            teller: Any = self.estimator
+            teller.trust(vio=trust.vio, legs=trust.legs, ground=trust.ground)
+            self._trust = trust
+
+    def _write(self, belief: StateEstimate) -> JointCommand:
+        """Targets of the active controller, as the robot lets them through."""
+        frame, command = self._frame, self._command
+        assert frame is not None and command is not None  # tick 0 acts first
+        self._sent = self.robot.write(self.controllers[command.mode].act(command, belief, frame))
+        return self._sent
 
 
 @dataclass(eq=False)

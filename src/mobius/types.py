@@ -41,7 +41,7 @@ LIMBS = ("left_arm", "right_arm", "left_leg", "right_leg")
 
 
 class Mode(StrEnum):
-    """Primary body modes (Fig. 6) and the transitions between them (Fig. 13)."""
+    """Primary body modes (Fig. 6), transitions between them (Fig. 13), exercise and stop."""
 
     BIPED = "biped"
     CRAWL = "crawl"
@@ -51,6 +51,8 @@ class Mode(StrEnum):
     STAND_UP = "stand_up"
     LIE_DOWN = "lie_down"
     RECOVER = "recover"
+    PUSH_UPS = "push_ups"
+    STOP = "stop"
 
     @property
     def bit(self) -> int:

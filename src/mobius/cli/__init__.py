@@ -12,6 +12,7 @@ import tyro
 from mobius.cli.drive import Demo, Run
 from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
+from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
@@ -35,6 +36,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         if args and not args[0].startswith("-") and args[0] not in VERBS:
             raise UnknownName("verb", args[0], VERBS)
+        if args[:2] == ["eval", "motions"]:
+            return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

@@ -99,6 +99,18 @@ class EstimatorConfig:
     """Added to the spread of the velocity when camera or legs contradict it for long [m/s]."""
     ground: float | None = 0.2
     """Standing limbs are at height zero, noise of one correction [m]; None off flat floors."""
+    doubt_height: float = 0.05
+    """Added to the spread of the height when the floor is to be believed again [m]."""
+    lie_rate: float = 0.10
+    """Joint rates below this [rad/s],"""
+    lie_turn: float = 0.04
+    """rates of the trunk below this [rad/s]"""
+    lie_force: float = 0.5
+    """and a specific force this close to gravity [m/s^2], all"""
+    lie_time: float = 0.15
+    """for this long [s], mean that a robot whose limbs are not trusted lies still,"""
+    lie_velocity: float = 0.03
+    """to within this velocity [m/s]."""
     rest_rate: float = 0.03
     """Joint rates below this, all limbs standing, mean that the robot rests [rad/s]."""
     rest_gyro: float = 0.01

@@ -27,6 +27,8 @@ from mobius.model import LIMB_JOINTS, limb_geometry
 from mobius.types import LIMBS, Pose, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
+G = 9.81
+"""[m/s^2]."""
 MAX_STEP = 0.1
 """Longest time between two frames that is integrated [s]."""
 
@@ -74,6 +76,29 @@ class Estimator:
         N = np.array([c.camera_tilt, c.camera_tilt, c.camera_yaw, 0.0, 0.0, c.camera_height])
         N[3:5] = c.camera_position
         self._camera_noise = np.diag(N**2)
+        self._vio, self._legs, self._ground = True, True, True
+
+    def trust(self, *, vio: bool = True, legs: bool = True, ground: bool = True) -> None:
+        """Say which sources to hear from now on; after :meth:`reset` all are.
+
+        A source that comes back is not taken at its old word: the camera's track is put on
+        ours anew, and what the filter believes of velocity and height becomes less sure.
+
+        Args:
+            vio: The camera.
+            legs: Limbs that press on the ground do so with their ends. Without it the robot
+                may lie and roll on anything; it is taken to rest when gyroscope, joints and
+                the size of the specific force say so.
+            ground: The ends of limbs that stand are at height zero.
+        """
+        belief, c = self.filter, self.config
+        if legs and not self._legs:
+            belief.doubt_velocity(c.doubt**2)
+            self._disowned = 0
+        if ground and not self._ground and c.ground is not None:
+            belief.doubt_height(c.doubt_height**2)
+        self._vio, self._legs, self._ground = vio, legs, ground
+        self._lying = 0.0
 
     def update(self, frame: SensorFrame) -> StateEstimate:
         """Take in one frame and say what is believed now."""
@@ -119,7 +144,10 @@ class Estimator:
         """Hold the prediction against legs, camera, ground and rest."""
         w_B = frame.gyro_I - self.filter.gyro_bias
         limbs = self._limbs(frame)
-        self._leg_odometry(limbs, w_B)
+        if self._legs:
+            self._leg_odometry(limbs, w_B)
+        else:
+            self._lie(frame, w_B)
         self._camera(w_B)
         self._rest(frame)
         if self._frames % (16 * self.config.every) == 0:
@@ -183,7 +211,7 @@ class Estimator:
             blend = self._since / (c.slip_time + self._since)
             self._spread2 += blend * (max(square / total - float(v_B @ v_B), 0.0) - self._spread2)
         variance = (c.slip**2 + c.slip_spread**2 * self._spread2) / total
-        if c.ground is None:
+        if c.ground is None or not self._ground:
             belief.correct_velocity(v_B, variance)
             return
         point_B = np.array([foot_xy.real, foot_xy.imag, foot_z]) / total
@@ -195,6 +223,8 @@ class Estimator:
             return
         c, belief = self.config, self.filter
         (stamp, pose), self._pose = self._pose, None
+        if not self._vio:
+            return
         latency = c.camera_latency + self._stamp - stamp
         R_VB = quat_to_mat(pose.q)
         last, self._camera_p = self._camera_p, pose.p
@@ -222,7 +252,22 @@ class Estimator:
     def _rest(self, frame: SensorFrame) -> None:
         """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
         c = self.config
-        still = min(self._standing) > 0.5 and float(np.abs(frame.dq).max()) < c.rest_rate
+        still = self._legs and min(self._standing) > 0.5 and float(np.abs(frame.dq).max()) < c.rest_rate
         self._resting = self._resting + self._since if still else 0.0
         if self._resting > 0.2:
+            self.filter.correct_rest(frame.gyro_I, c.rest_gyro**2)
+
+    def _lie(self, frame: SensorFrame, w_B: Array) -> None:
+        """A robot that lies still, on whatever, has no velocity and does not turn."""
+        c = self.config
+        self.slip = [np.nan] * len(LIMBS)
+        force = float(np.linalg.norm(frame.accel_I))
+        still = (
+            float(np.abs(frame.dq).max()) < c.lie_rate
+            and float(np.abs(w_B).max()) < c.lie_turn
+            and abs(force - G) < c.lie_force
+        )
+        self._lying = self._lying + self._since if still else 0.0
+        if self._lying > c.lie_time:
+            self.filter.correct_velocity(np.zeros(3), c.lie_velocity**2)
             self.filter.correct_rest(frame.gyro_I, c.rest_gyro**2)

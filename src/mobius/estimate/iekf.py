@@ -197,6 +197,10 @@ class InvariantFilter:
         """What the sources say contradicts the velocity: let them move it; [m^2/s^2]."""
         self.P[VEL, VEL] += variance * _EYE3
 
+    def doubt_height(self, variance: float) -> None:
+        """The floor was not heard for a while: let it move the height; [m^2]."""
+        self.P[8, 8] += variance
+
     # -- camera --------------------------------------------------------------------------
 
     def _past(self, latency: float) -> tuple[Array, Array]:

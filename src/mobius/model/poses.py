@@ -101,6 +101,14 @@ def lowest_point(model: mujoco.MjModel, qpos: Array) -> float:
     return float(min(heights))
 
 
+def overlap(model: mujoco.MjModel, qpos: Array) -> float:
+    """Deepest penetration [m] of any two colliding geoms at a configuration; 0 without one."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    return float(max(-data.contact.dist.min(), 0.0)) if data.ncon else 0.0
+
+
 def _placed(model: mujoco.MjModel, q: Array, quat: Array, *, clearance: float = 0.0) -> Array:
     """Configuration with its lowest point ``clearance`` above the floor."""
     qpos = robot.configuration(model, q, p=(0, 0, 2.0), quat=quat)

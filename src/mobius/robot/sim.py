@@ -46,6 +46,7 @@ class SimRobot(Simulated):
         xy: ArrayLike = (0.0, 0.0),
         yaw: float = 0.0,
         ground: Callable[[Array], Array] | None = None,
+        qpos: ArrayLike | None = None,
     ) -> None:
         """Start ``keyframe`` at ``xy`` [m] with heading ``yaw`` [rad] in the world.
 
@@ -57,6 +58,8 @@ class SimRobot(Simulated):
             yaw: Heading [rad].
             ground: Height [m] of the floor at points (..., 2) [m]; flat at 0 if not given. The
                 robot starts on the highest place under its soles.
+            qpos: A whole configuration (nq,) instead of keyframe, place and heading; the servos'
+                targets are then its joint angles.
         """
         if abs(model.opt.timestep - TICK) > 1e-9:
             raise InvalidInput(
@@ -71,7 +74,10 @@ class SimRobot(Simulated):
         name = mujoco.mj_id2name
         names = [name(model, mujoco.mjtObj.mjOBJ_GEOM, i) or "" for i in range(model.ngeom)]
         self._soles = np.array([i for i, n in enumerate(names) if "_sole" in n], dtype=np.int64)
-        self._start(keyframe, np.asarray(xy, dtype=float), yaw, ground)
+        if qpos is None:
+            self._start(keyframe, np.asarray(xy, dtype=float), yaw, ground)
+        else:
+            self._start_at(np.asarray(qpos, dtype=float))
         self._obstacle = np.array([n.startswith(("wall_", "shelf_")) for n in names])
         self._has_obstacles, self._hit = bool(self._obstacle.any()), 0.0
         self._ground = np.array([n == "floor" or n.startswith("rough_") for n in names])
@@ -119,6 +125,20 @@ class SimRobot(Simulated):
             self.data.qpos[2] += float(ground(under).max())
         mujoco.mj_forward(self.model, self.data)
         self._vio: Pose | None = self._pose()
+
+    def _start_at(self, qpos: Array) -> None:
+        if qpos.shape != (self.model.nq,):
+            raise InvalidInput(
+                f"SimRobot.qpos: expected {self.model.nq} numbers as mobius.model.robot"
+                f".configuration gives them, got shape {qpos.shape}"
+            )
+        self.data.qpos[:] = qpos
+        ctrl = np.array(qpos[self.at.qpos])
+        self.data.ctrl[self.at.actuator] = ctrl
+        self._queue = deque([ctrl.copy()] * self.variation.delay_ticks)
+        self._target, self._fresh = ctrl.copy(), False
+        mujoco.mj_forward(self.model, self.data)
+        self._vio = self._pose()
 
     # -- protocol ------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ class Variation:
     """One draw of friction, mass, servo strength and delay; the default is the drawing."""
 
     friction: float = 0.8
-    """Sliding friction of the soles."""
+    """Sliding friction of the soles; elsewhere it is MuJoCo's 1."""
     trunk_mass: float = 0.0
     """Added to the trunk [kg]."""
     trunk_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -25,6 +25,8 @@ class Variation:
     """Factor on stiffness and stall torque of all servos."""
     delay_ticks: int = 0
     """Targets reach the servos this many 1/600 s ticks late."""
+    everywhere: bool = False
+    """The friction is that of all the robot's surfaces: trunk, rails and links as well."""
 
     @classmethod
     def sample(cls, rng: np.random.Generator) -> Variation:
@@ -46,8 +48,10 @@ class Variation:
         model.body_inertia[trunk] *= scale
         model.body_ipos[trunk] += self.trunk_com
         for i in range(model.ngeom):
-            if "_sole" in model.geom(i).name:
+            robots = self.everywhere and model.body_rootid[model.geom_bodyid[i]] == trunk
+            if "_sole" in model.geom(i).name or (robots and model.geom_contype[i]):
                 model.geom_friction[i, 0] = self.friction
+                model.geom_priority[i] = 1
         model.actuator_gainprm[:, 0] *= self.servo_gain
         model.actuator_biasprm[:, 1] *= self.servo_gain
         model.actuator_forcerange[:] *= self.servo_gain
