@@ -5,7 +5,8 @@
      "stages": [{"q": [22 numbers], "seconds": 0.6, "hold": 0.1,
                  "until": {"angle": "pitch_B", "below": -1.2}, "timeout": 0.5,
                  "feedback": [["left_ankle_pitch", 0.5, 0.05, -1.57]],
-                 "window": {"pitch": 0.0, "within": 0.5, "lean": 0.4}}]}
+                 "window": {"pitch": 0.0, "within": 0.5, "lean": 0.4},
+                 "through": [[22 numbers], [22 numbers]], "pitch": [-0.7, -1.57]}]}
 
 Of a stage only ``q`` and ``seconds`` must be there, of a motion all but ``guard``. With
 ``"repeat": 3`` the stages are played three times over. ``note`` is free text. Other keys are
@@ -21,6 +22,8 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from mobius.errors import InvalidInput, UnknownName
 from mobius.modes.motions.motion import Feedback, Guard, Motion, Stage, Until, Window
@@ -96,11 +99,18 @@ def _stage(entry: Any) -> Stage:
     _keys("the stage", entry, {"q", "seconds"}, known | {"note"})
     if not isinstance(entry["q"], list):
         raise InvalidInput("q: expected a list of 22 angles [rad]")
-    plain = {k: entry[k] for k in ("q", "seconds", "hold", "timeout") if k in entry}
+    plain = {k: entry[k] for k in ("q", "seconds", "hold", "timeout", "through", "pitch") if k in entry}
     try:
         float(sum(plain["q"]))
     except TypeError:
         raise InvalidInput(f"q: expected 22 numbers [rad], got {plain['q']}") from None
+    if "through" in plain:
+        try:
+            plain["through"] = np.array(plain["through"], dtype=float).reshape(-1, len(plain["q"]))
+        except (TypeError, ValueError):
+            raise InvalidInput("through: expected a list of poses of 22 numbers [rad]") from None
+    if not isinstance(plain.get("pitch", []), list):
+        raise InvalidInput(f"pitch: expected a list of angles [rad], got {plain['pitch']!r}")
     for key, make in (("until", Until), ("window", Window)):
         if entry.get(key) is not None:
             plain[key] = _made(key, make, entry[key])

@@ -75,7 +75,7 @@ class Feedback:
     k_d: float
     """[rad s/rad]."""
     pitch: float = 0.0
-    """``pitch_B`` at which it adds nothing [rad]."""
+    """``pitch_B`` at which it adds nothing [rad], unless the stage gives its course."""
 
     def __post_init__(self) -> None:
         joint_index(str(self.joint))
@@ -127,9 +127,21 @@ class Stage:
     """Added to the targets while the stage lasts."""
     window: Window | None = None
     """Where the trunk must be meanwhile."""
+    through: Array = field(default_factory=lambda: np.zeros((0, len(JOINTS))))
+    """(k, 22) targets on the way to ``q`` [rad], evenly spaced along it; the way is a monotone
+    cubic (PCHIP), so that it overshoots none of them."""
+    pitch: tuple[float, ...] = ()
+    """Course of ``pitch_B`` [rad] that the feedback compares with, evenly spaced from the start
+    of the move to its end; each feedback's own pitch where it is empty."""
 
     def __post_init__(self) -> None:
         frozen_array(self, "q", self.q, (len(JOINTS),))
+        frozen_array(self, "through", self.through, (None, len(JOINTS)))
+        for pose in self.through:
+            check_pose(pose)
+        object.__setattr__(self, "pitch", tuple(self.pitch))
+        for value in self.pitch:
+            number("Stage", "pitch", value)
         number("Stage", "seconds", self.seconds, low=1e-3)
         number("Stage", "hold", self.hold, low=0.0)
         number("Stage", "timeout", self.timeout, low=0.0)

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from mobius.modes.motions.motion import Motion, Stage
 from mobius.modes.motions.tilt import Tilt, tilt_of, wrapped
@@ -16,6 +17,10 @@ Array = NDArray[np.float64]
 
 MOTION_EVERY = 2
 """Ticks of 1/600 s between targets of a motion: 300 Hz."""
+
+
+MOST_ADDED = 0.4
+"""A feedback moves a target by no more than this [rad]."""
 
 
 class State(StrEnum):
@@ -53,6 +58,7 @@ class MotionPlayer:
         self.stage = 0
         """Index of the stage it is in."""
         self._base: Array | None = None
+        self._way: PchipInterpolator | None = None
         self._sent: Array | None = None
         self._began: float | None = None
         self._start, self._last, self._far_since = 0.0, 0.0, np.inf
@@ -88,16 +94,26 @@ class MotionPlayer:
         if self.state is State.RUNNING:
             stage = self.motion.stages[self.stage]
             share = smooth_step((now - self._start) / stage.seconds)
-            assert self._base is not None  # set on entering a stage
-            base = self._base + share * (stage.q - self._base)
-            self._sent = base + added(stage, tilt, rate)
+            self._sent = self._along(stage, share) + added(stage, share, tilt, rate)
         return JointCommand(q=self._sent, stamp=now)
 
     def _enter(self, now: float, tilt: Tilt, rate: float) -> None:
         """Begin the current stage where the targets are now, so that they do not jump."""
         assert self._sent is not None
+        stage = self.motion.stages[self.stage]
         self._start = now
-        self._base = self._sent - added(self.motion.stages[self.stage], tilt, rate)
+        self._base = self._sent - added(stage, 0.0, tilt, rate)
+        self._way = None
+        if len(stage.through):
+            points = np.vstack([self._base, stage.through, stage.q])
+            self._way = PchipInterpolator(np.linspace(0.0, 1.0, len(points)), points, axis=0)
+
+    def _along(self, stage: Stage, share: float) -> Array:
+        """Targets (22,) at a share of a stage's way."""
+        if self._way is not None:
+            return np.asarray(self._way(share))
+        assert self._base is not None  # set on entering a stage
+        return self._base + share * (stage.q - self._base)
 
     def _advance(self, now: float, tilt: Tilt, rate: float) -> None:
         """Go to the next stage when this one is over."""
@@ -111,7 +127,7 @@ class MotionPlayer:
                 self._fail(f"{stage.until.angle} did not come in {stage.timeout:g} s")
             return
         if stage.until is None:  # the pose itself, whatever the rounding of the clock
-            self._sent = stage.q + added(stage, tilt, rate)
+            self._sent = stage.q + added(stage, 1.0, tilt, rate)
         self.stage += 1
         if self.stage == len(self.motion.stages):
             self.stage -= 1
@@ -136,9 +152,19 @@ class MotionPlayer:
         self.reason = f"{self.motion.name}, stage {self.stage}: {reason}"
 
 
-def added(stage: Stage, tilt: Tilt, rate: float) -> Array:
-    """(22,) what a stage's feedback adds to the targets [rad] at a tilt and pitch rate [rad/s]."""
+def added(stage: Stage, share: float, tilt: Tilt, rate: float) -> Array:
+    """(22,) what a stage's feedback adds to the targets [rad].
+
+    Args:
+        stage: Whose feedback.
+        share: Of the stage's move, 0 to 1.
+        tilt: Of the trunk.
+        rate: Of its pitch [rad/s].
+    """
     extra = np.zeros(stage.q.shape)
+    course = np.interp(share, np.linspace(0.0, 1.0, len(stage.pitch)), stage.pitch) if stage.pitch else None
     for f in stage.feedback:
-        extra[joint_index(f.joint)] += f.k_p * wrapped(tilt.pitch_B - f.pitch) + f.k_d * rate
+        wanted = f.pitch if course is None else float(course)
+        change = f.k_p * wrapped(tilt.pitch_B - wanted) + f.k_d * rate
+        extra[joint_index(f.joint)] += min(max(change, -MOST_ADDED), MOST_ADDED)
     return extra

@@ -1,0 +1,144 @@
+"""Turning over on the back rails: the roll, and up again from back, head and belly (Fig. 13 A, C).
+
+A roll begins as the robot rears up; then it throws itself back before it stands, lands on the
+rails, and goes on over the head. Its four key poses (throw, tuck, over, land) are the same on
+both sides, and what starts the next is the trunk's pitch, not the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobius.model.reach import body_joints
+from mobius.model.robot import keyframe_joints
+from mobius.modes.motions import Motion, Stage, Until
+from mobius.modes.posture import Posture
+from mobius.train.motions.keys import HIGH, LOW, mirrored, sampled, within_limits
+from mobius.train.motions.rear import FOOT, HAND, HEIGHT, MIRROR, along, feet_under, rear_up
+from mobius.train.motions.rear import NUMBERS as REAR_NUMBERS
+
+Array = NDArray[np.float64]
+Numbers = Mapping[str, float]
+Range = tuple[float, float, float]
+
+TURN = 100.0
+"""A condition on the pitch holds for this much of the turn after it [deg]: the trunk passes that
+in 0.1 s and more."""
+
+
+def _poses(count: int) -> dict[str, Range]:
+    return {
+        f"p{k}{j}": (float(LOW[j]), float(HIGH[j]), 0.25) for k in range(count) for j in range(8)
+    }
+
+
+ROLL_NUMBERS: dict[str, Range] = {
+    **REAR_NUMBERS,
+    **_poses(4),
+    "d0": (0.2, 0.9, 0.1),
+    **{f"d{k}": (0.15, 0.9, 0.1) for k in (1, 2, 3)},
+    "a0": (95.0, 150.0, 12.0),
+    "a1": (150.0, 240.0, 12.0),
+    "a2": (220.0, 330.0, 12.0),
+    "h": (0.0, 0.8, 0.1),
+}
+"""Of the roll: name -> (lowest, highest, first spread). ``p01`` is joint 1 (of FREE) of pose 0,
+``d`` times of the moves [s], ``a`` angles turned back at which the next move starts [deg], ``h``
+the rest after landing [s]."""
+
+OVER_NUMBERS: dict[str, Range] = {
+    **_poses(4),
+    "d0": (0.2, 1.2, 0.1),
+    "d1": (0.12, 0.9, 0.1),
+    "d2": (0.15, 0.9, 0.1),
+    "d3": (0.15, 0.9, 0.1),
+    "h0": (0.0, 0.8, 0.1),
+    "a0": (170.0, 250.0, 12.0),
+    "a1": (220.0, 330.0, 12.0),
+    "h": (0.0, 0.8, 0.1),
+}
+"""Of the way from the back over the head, likewise."""
+
+
+def turned_back(angle: float) -> Until:
+    """The trunk has turned nose up and over by ``angle`` [deg], and not TURN more."""
+
+    def pitch(a: float) -> float:
+        return float(np.radians((-a + 180.0) % 360.0 - 180.0))
+
+    return Until("pitch_B", above=pitch(angle + TURN), below=pitch(angle))
+
+
+def _pose(n: Numbers, k: int) -> Array:
+    return within_limits(mirrored([n[f"p{k}{j}"] for j in range(8)]))
+
+
+def _into_stance() -> Stage:
+    return Stage(keyframe_joints("crawl")[1], 0.8, hold=0.3)
+
+
+def roll(n: Numbers) -> Motion:
+    """Fig. 13 C: a full turn backward, from the crawl stance to the crawl stance."""
+    turn = [
+        Stage(_pose(n, k), n[f"d{k}"], until=turned_back(n[f"a{k}"]), timeout=0.5) for k in range(3)
+    ]
+    land = Stage(_pose(n, 3), n["d3"], hold=n["h"])
+    stages = (*feet_under(n), rear_up(n), *turn, land, _into_stance())
+    return Motion("roll", Posture.CRAWLING, Posture.CRAWLING, stages)
+
+
+def _spread() -> Stage:
+    """Limbs out flat: from almost any heap the trunk comes to lie on its back or its belly."""
+    return Stage(keyframe_joints("prone")[0], 0.5, hold=0.3)
+
+
+def _over(n: Numbers) -> tuple[Stage, ...]:
+    """From a headstand on arms and rails over to the belly."""
+    over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=0.6)
+    return over, Stage(_pose(n, 3), n["d3"], hold=n["h"])
+
+
+def supine_to_crawl(n: Numbers) -> Motion:
+    """From the back: legs and arms wind up, the rails roll it on its head, and over."""
+    stages = (
+        _spread(),
+        Stage(_pose(n, 0), n["d0"], hold=n["h0"]),
+        Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=0.8),
+        *_over(n),
+        _into_stance(),
+    )
+    return Motion("supine_to_crawl", Posture.SUPINE, Posture.CRAWLING, stages)
+
+
+def head_recovery(n: Numbers) -> Motion:
+    """From the head: into the same headstand, over to the belly, up on four limbs."""
+    stages = (Stage(_pose(n, 0), n["d0"], hold=n["h0"]), *_over(n), _into_stance())
+    return Motion("head_recovery", Posture.ON_HEAD, Posture.CRAWLING, stages)
+
+
+LOW_HEIGHT = 0.20
+"""Trunk lying on its shoulders and hips, a little raised [m]."""
+WIDE_HAND, WIDE_FOOT = np.array([0.33, 0.33, 0.0]), np.array([-0.27, 0.32, 0.0])
+"""Where hand and foot come down beside the lying trunk [m]."""
+
+
+def prone_to_crawl() -> Motion:
+    """Fig. 13 A: hands and feet to the floor beside the trunk, then push it up evenly."""
+
+    def up(u: float) -> Array:
+        hand = WIDE_HAND + (HAND - WIDE_HAND) * u
+        foot = WIDE_FOOT + (FOOT - WIDE_FOOT) * u
+        p = np.array([0.0, 0.0, LOW_HEIGHT + (HEIGHT - LOW_HEIGHT) * u])
+        return body_joints(
+            np.eye(3), p, hands_M=(hand, hand * MIRROR), feet_M=(foot, foot * MIRROR)
+        )
+
+    stages = (
+        Stage(within_limits(up(0.0)), 0.8, hold=0.1),
+        along(sampled(up, 6), 1.0),
+        Stage(keyframe_joints("crawl")[1], 0.2, hold=0.3),
+    )
+    return Motion("prone_to_crawl", Posture.PRONE, Posture.CRAWLING, stages)
