@@ -80,7 +80,7 @@ class Recovery:
         """Why it gave up."""
         self.log: list[tuple[float, str, str]] = []
         """(stamp [s], posture, motion) of every motion played."""
-        self._soft = DampedHold()
+        self._soft = DampedHold(joints_too=False)
         self._player: MotionPlayer | None = None
         self._last = False
         self._failed: dict[Posture, list[str]] = {}
@@ -124,7 +124,7 @@ class Recovery:
             self._failed.setdefault(posture, []).append(name)
         self._reached = player.motion.end if well else None
         self._patient_until = now + self.config.patience if well else -np.inf
-        self._player, self._last, self._soft = None, False, DampedHold()
+        self._player, self._last, self._soft = None, False, DampedHold(joints_too=False)
 
     def _decide(self, belief: StateEstimate, frame: SensorFrame) -> None:
         """Start the motion for this posture once the robot rests.

@@ -29,7 +29,9 @@ class DampedHold:
 
     every = 2
 
-    def __init__(self) -> None:
+    def __init__(self, *, joints_too: bool = True) -> None:
+        """Hold once trunk and joints rest, or once the trunk does (``joints_too`` False)."""
+        self._joint_rate = QUIET_JOINT if joints_too else np.inf
         self.reset()
 
     def reset(self) -> None:
@@ -53,7 +55,7 @@ class DampedHold:
             self._began = now
         if self._held is None:
             still = (
-                float(np.abs(frame.dq).max()) < QUIET_JOINT
+                float(np.abs(frame.dq).max()) < self._joint_rate
                 and float(np.abs(belief.w_B).max()) < QUIET_TRUNK
             )
             self._quiet_since = min(self._quiet_since, now) if still else np.inf
