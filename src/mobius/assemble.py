@@ -23,7 +23,6 @@ from mobius.stack import Controller, Heights, Stack
 from mobius.types import Mode, Pose
 from mobius.world.ground import Ground, add_ground
 
-
 Drive = Path | str | Controller | None
 """What drives a body: an ONNX file, ``flat``, ``rough``, ``zero``, ``random``, a controller; the
 shipped policy for flat floors if None."""

@@ -19,12 +19,13 @@ Array = NDArray[np.float64]
 
 WAYS_UP: dict[Posture, tuple[str, ...]] = {
     Posture.PRONE: ("prone_to_crawl",),
-    Posture.SUPINE: ("supine_recovery",),
+    Posture.SUPINE: ("supine_to_crawl", "supine_recovery"),
     Posture.ON_HEAD: ("head_recovery",),
-    Posture.LEFT_SIDE: ("side_recovery_left", "prone_to_crawl", "supine_recovery"),
-    Posture.RIGHT_SIDE: ("side_recovery_right", "prone_to_crawl", "supine_recovery"),
+    Posture.LEFT_SIDE: ("side_recovery_left", "supine_to_crawl", "prone_to_crawl"),
+    Posture.RIGHT_SIDE: ("side_recovery_right", "supine_to_crawl", "prone_to_crawl"),
     Posture.STANDING: ("stand_to_crawl",),
-    Posture.OTHER: ("prone_to_crawl", "supine_recovery", "stand_to_crawl"),
+    Posture.CRAWLING: ("crawl_to_stand",),
+    Posture.OTHER: ("supine_to_crawl", "prone_to_crawl", "stand_to_crawl"),
 }
 """Motions for each posture, the best first. The next is tried when one has failed here, or is
 not there; lying askew, any motion that stirs the limbs ends in a clearer posture."""
@@ -149,6 +150,7 @@ class Recovery:
     def _choose(self, posture: Posture) -> Motion | None:
         """The best motion that has not failed here; when all have, the best one again."""
         there = [name for name in WAYS_UP.get(posture, ()) if name in self.motions]
+        there.sort(key=lambda name: self.motions[name].end not in self.stances)
         failed = self._failed.get(posture, [])
         fresh = [name for name in there if name not in failed]
         if there and not fresh:

@@ -99,7 +99,9 @@ def _stage(entry: Any) -> Stage:
     _keys("the stage", entry, {"q", "seconds"}, known | {"note"})
     if not isinstance(entry["q"], list):
         raise InvalidInput("q: expected a list of 22 angles [rad]")
-    plain = {k: entry[k] for k in ("q", "seconds", "hold", "timeout", "through", "pitch") if k in entry}
+    plain = {
+        k: entry[k] for k in ("q", "seconds", "hold", "timeout", "through", "pitch") if k in entry
+    }
     try:
         float(sum(plain["q"]))
     except TypeError:

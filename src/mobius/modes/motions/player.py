@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
+from mobius.model.joints import joint_index
 from mobius.modes.motions.motion import Motion, Stage
 from mobius.modes.motions.tilt import Tilt, tilt_of, wrapped
-from mobius.model.joints import joint_index
 from mobius.types import JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
@@ -162,7 +162,11 @@ def added(stage: Stage, share: float, tilt: Tilt, rate: float) -> Array:
         rate: Of its pitch [rad/s].
     """
     extra = np.zeros(stage.q.shape)
-    course = np.interp(share, np.linspace(0.0, 1.0, len(stage.pitch)), stage.pitch) if stage.pitch else None
+    course = (
+        np.interp(share, np.linspace(0.0, 1.0, len(stage.pitch)), stage.pitch)
+        if stage.pitch
+        else None
+    )
     for f in stage.feedback:
         wanted = f.pitch if course is None else float(course)
         change = f.k_p * wrapped(tilt.pitch_B - wanted) + f.k_d * rate

@@ -22,8 +22,8 @@ class Design:
 
     name: str
     build: Callable[[Mapping[str, float]], Motion]
-    numbers: str = ""
-    """File of numbers it is built from; motions may share one."""
+    numbers: tuple[str, ...] = ()
+    """Files of numbers it is built from; motions may share them. A search writes the first."""
     ranges: Mapping[str, Range] = field(default_factory=dict)
     """Name -> (lowest, highest, first spread) of what a search may choose."""
     keyframe: str = "crawl"
@@ -33,11 +33,18 @@ class Design:
 DESIGNS = {
     d.name: d
     for d in (
-        Design("crawl_to_stand", rear.crawl_to_stand, "rear", rear.NUMBERS),
-        Design("stand_to_crawl", rear.stand_to_crawl, "rear", rear.NUMBERS, "stand"),
-        Design("roll", tumble.roll, "roll", tumble.ROLL_NUMBERS),
-        Design("supine_to_crawl", tumble.supine_to_crawl, "over", tumble.OVER_NUMBERS, "supine"),
-        Design("head_recovery", tumble.head_recovery, "over", tumble.OVER_NUMBERS, "on_head"),
+        Design("crawl_to_stand", rear.crawl_to_stand, ("rear",), rear.NUMBERS),
+        Design("stand_to_crawl", rear.stand_to_crawl, ("rear",), rear.NUMBERS, "stand"),
+        Design("roll", tumble.roll, ("roll",), tumble.ROLL_NUMBERS),
+        Design("supine_to_crawl", tumble.supine_to_crawl, ("over",), tumble.OVER_NUMBERS, "supine"),
+        Design(
+            "supine_recovery",
+            tumble.supine_recovery,
+            ("over", "rear"),
+            {**tumble.OVER_NUMBERS, **rear.NUMBERS},
+            "supine",
+        ),
+        Design("head_recovery", tumble.head_recovery, ("over",), tumble.OVER_NUMBERS, "on_head"),
         Design("prone_to_crawl", lambda _: tumble.prone_to_crawl(), keyframe="prone"),
     )
 }
@@ -58,12 +65,15 @@ def numbers_file(name: str) -> Path:
 
 def read_numbers(design: Design) -> dict[str, float]:
     """The numbers a design was last given. Raises :class:`InvalidInput` when some are missing."""
-    if not design.numbers:
-        return {}
-    numbers: dict[str, float] = json.loads(numbers_file(design.numbers).read_text())
+    numbers: dict[str, float] = {}
+    for name in design.numbers:
+        numbers.update(json.loads(numbers_file(name).read_text()))
     missing = sorted(set(design.ranges) - set(numbers))
     if missing:
-        raise InvalidInput(f"{design.numbers}.json: expected '{missing[0]}', which is missing")
+        raise InvalidInput(
+            f"numbers of {design.name}: expected '{missing[0]}' in"
+            f" {', '.join(f'{n}.json' for n in design.numbers)}, where it is missing"
+        )
     return numbers
 
 

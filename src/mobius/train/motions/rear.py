@@ -160,7 +160,7 @@ def rise(n: Numbers) -> tuple[Stage, ...]:
     way = _Way(n)
     pitch = _pitches(-way.rear_angle, UPRIGHT, 8)
     up = along(sampled(way.risen, 8), n["rise_s"], feedback=way.ankles(), pitch=pitch)
-    return up, Stage(way.stand[1], 0.3, hold=0.4, feedback=way.ankles())
+    return up, Stage(way.stand[1], 0.3, hold=0.1, feedback=way.ankles())
 
 
 def crawl_to_stand(n: Numbers) -> Motion:

@@ -17,7 +17,16 @@ from mobius.model.robot import keyframe_joints
 from mobius.modes.motions import Motion, Stage, Until
 from mobius.modes.posture import Posture
 from mobius.train.motions.keys import HIGH, LOW, mirrored, sampled, within_limits
-from mobius.train.motions.rear import FOOT, HAND, HEIGHT, MIRROR, along, feet_under, rear_up
+from mobius.train.motions.rear import (
+    FOOT,
+    HAND,
+    HEIGHT,
+    MIRROR,
+    along,
+    feet_under,
+    rear_up,
+    rise,
+)
 from mobius.train.motions.rear import NUMBERS as REAR_NUMBERS
 
 Array = NDArray[np.float64]
@@ -92,7 +101,7 @@ def roll(n: Numbers) -> Motion:
 
 def _spread() -> Stage:
     """Limbs out flat: from almost any heap the trunk comes to lie on its back or its belly."""
-    return Stage(keyframe_joints("prone")[0], 0.5, hold=0.3)
+    return Stage(keyframe_joints("prone")[0], 0.4, hold=0.25)
 
 
 def _over(n: Numbers) -> tuple[Stage, ...]:
@@ -101,16 +110,27 @@ def _over(n: Numbers) -> tuple[Stage, ...]:
     return over, Stage(_pose(n, 3), n["d3"], hold=n["h"])
 
 
-def supine_to_crawl(n: Numbers) -> Motion:
-    """From the back: legs and arms wind up, the rails roll it on its head, and over."""
-    stages = (
+def _from_back(n: Numbers) -> tuple[Stage, ...]:
+    """From the back on the belly: limbs wind up, the rails roll it on its head, and over."""
+    return (
         _spread(),
         Stage(_pose(n, 0), n["d0"], hold=n["h0"]),
         Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=0.8),
         *_over(n),
-        _into_stance(),
     )
+
+
+def supine_to_crawl(n: Numbers) -> Motion:
+    """From the back over the rails and the head to the crawl stance."""
+    stages = (*_from_back(n), _into_stance())
     return Motion("supine_to_crawl", Posture.SUPINE, Posture.CRAWLING, stages)
+
+
+def supine_recovery(n: Numbers) -> Motion:
+    """From the back to the stand: over, and pushed up with the feet under the hips at once."""
+    crouch = Stage(feet_under(n)[-1].q, 0.7, hold=0.1)
+    stages = (*_from_back(n), crouch, rear_up(n), *rise(n))
+    return Motion("supine_recovery", Posture.SUPINE, Posture.STANDING, stages)
 
 
 def head_recovery(n: Numbers) -> Motion:
