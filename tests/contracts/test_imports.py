@@ -20,6 +20,7 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
+    ("choreography",),
     ("mission", "evaluate", "bench", "reproduce"),
     ("results",),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
@@ -34,7 +35,7 @@ LAYERS = (
 HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
-    "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
+    "cma", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
     "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl", "scipy", "torch",
     "tqdm", "tyro", "yaml",
 }  # fmt: skip

@@ -39,9 +39,7 @@ def test_in_between_and_upright_without_feet_have_no_name(belief_of):
 
 def test_a_fall_must_last_to_be_one(belief_of):
     detector = FallDetector()
-    said = [
-        detector.fallen(Mode.CRAWL, belief_of(k / 60, pitch=1.2), CRAWL) for k in range(8)
-    ]
+    said = [detector.fallen(Mode.CRAWL, belief_of(k / 60, pitch=1.2), CRAWL) for k in range(8)]
     assert not any(said[:5]) and "leans 69 deg" in said[5]
     detector.reset()
     for k in range(60):  # every other belief is strange

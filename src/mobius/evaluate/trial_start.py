@@ -120,4 +120,3 @@ def _falling(model: Any, rng: np.random.Generator) -> Array:
 def _over_floor(model: Any, qpos: Array, clearance: float) -> Array:
     qpos[2] -= lowest_point(model, qpos) - clearance
     return qpos
-

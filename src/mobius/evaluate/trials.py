@@ -92,12 +92,8 @@ TRIALS: dict[str, Trial] = {
         ),
         Trial("any_fall", "fall", None, Mode.CRAWL, 15.0, needs=("prone_to_crawl",)),
         Trial("roll", "crawl", Mode.ROLL, Mode.CRAWL, 10.0, 1.0, modes=("crawl", "roll")),
-        Trial(
-            "five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5
-        ),
-        Trial(
-            "push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")
-        ),
+        Trial("five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5),
+        Trial("push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")),
     )
 }
 """Trials by name."""

@@ -18,7 +18,7 @@ from mobius.types import LIMBS, NUM_JOINTS
 
 Array = NDArray[np.float64]
 
-ROUNDS = 6
+ROUNDS = 30
 """Fixed-point rounds for the gripper's direction; the arm's plane turns little between them."""
 
 

@@ -6,11 +6,11 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PchipInterpolator
 
 from mobius.model.joints import joint_index
 from mobius.modes.motions.motion import Motion, Stage
 from mobius.modes.motions.tilt import Tilt, tilt_of, wrapped
+from mobius.modes.motions.way import Way
 from mobius.types import JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ class MotionPlayer:
         self.stage = 0
         """Index of the stage it is in."""
         self._base: Array | None = None
-        self._way: PchipInterpolator | None = None
+        self._way: Way | None = None
         self._sent: Array | None = None
         self._began: float | None = None
         self._start, self._last, self._far_since = 0.0, 0.0, np.inf
@@ -105,13 +105,12 @@ class MotionPlayer:
         self._base = self._sent - added(stage, 0.0, tilt, rate)
         self._way = None
         if len(stage.through):
-            points = np.vstack([self._base, stage.through, stage.q])
-            self._way = PchipInterpolator(np.linspace(0.0, 1.0, len(points)), points, axis=0)
+            self._way = Way(np.vstack([self._base, stage.through, stage.q]))
 
     def _along(self, stage: Stage, share: float) -> Array:
         """Targets (22,) at a share of a stage's way."""
         if self._way is not None:
-            return np.asarray(self._way(share))
+            return self._way.at(share)
         assert self._base is not None  # set on entering a stage
         return self._base + share * (stage.q - self._base)
 

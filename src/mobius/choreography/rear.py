@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius.choreography.keys import sampled, within_limits
 from mobius.model.dimensions import HIP_X
 from mobius.model.reach import body_joints, nose_up
 from mobius.model.robot import keyframe_joints
 from mobius.modes.motions import Feedback, Motion, Stage
 from mobius.modes.posture import Posture
-from mobius.train.motions.keys import sampled, within_limits
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]

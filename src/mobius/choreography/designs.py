@@ -9,9 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from mobius.choreography import rear, tumble
 from mobius.errors import InvalidInput, UnknownName
 from mobius.modes.motions import Motion
-from mobius.train.motions import rear, tumble
 
 Range = tuple[float, float, float]
 
@@ -60,7 +60,7 @@ def design_of(name: str) -> Design:
 
 def numbers_file(name: str) -> Path:
     """Where numbers of this name are kept."""
-    return Path(str(resources.files("mobius.train.motions") / "numbers" / f"{name}.json"))
+    return Path(str(resources.files("mobius.choreography") / "numbers" / f"{name}.json"))
 
 
 def read_numbers(design: Design) -> dict[str, float]:

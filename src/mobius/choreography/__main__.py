@@ -1,7 +1,7 @@
 """Build the shipped motions from their numbers, or search for better numbers.
 
-python -m mobius.train.motions                       # write modes/motions/data/*.json
-python -m mobius.train.motions roll --seconds 600    # search first, keep what is better
+python -m mobius.choreography                       # write modes/motions/data/*.json
+python -m mobius.choreography roll --seconds 600    # search first, keep what is better
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ import sys
 from importlib import resources
 from pathlib import Path
 
-from mobius.errors import MobiusError
-from mobius.files import write_text_atomic
-from mobius.train.motions.designs import (
+from mobius.choreography.designs import (
     DESIGNS,
     as_document,
     design_of,
     numbers_file,
     read_numbers,
 )
+from mobius.errors import MobiusError
+from mobius.files import write_text_atomic
 
 
 def build_all() -> list[Path]:
@@ -37,7 +37,7 @@ def build_all() -> list[Path]:
 
 def improve(name: str, *, seconds: float, seeds: int, workers: int) -> None:
     """Search from the numbers there are and keep what is better."""
-    from mobius.train.motions.search import chosen, search
+    from mobius.choreography.search import chosen, search
 
     design = design_of(name)
     if len(design.numbers) > 1:

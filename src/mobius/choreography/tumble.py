@@ -12,12 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.model.reach import body_joints
-from mobius.model.robot import keyframe_joints
-from mobius.modes.motions import Motion, Stage, Until
-from mobius.modes.posture import Posture
-from mobius.train.motions.keys import HIGH, LOW, mirrored, sampled, within_limits
-from mobius.train.motions.rear import (
+from mobius.choreography.keys import HIGH, LOW, mirrored, sampled, within_limits
+from mobius.choreography.rear import (
     FOOT,
     HAND,
     HEIGHT,
@@ -27,7 +23,11 @@ from mobius.train.motions.rear import (
     rear_up,
     rise,
 )
-from mobius.train.motions.rear import NUMBERS as REAR_NUMBERS
+from mobius.choreography.rear import NUMBERS as REAR_NUMBERS
+from mobius.model.reach import body_joints
+from mobius.model.robot import keyframe_joints
+from mobius.modes.motions import Motion, Stage, Until
+from mobius.modes.posture import Posture
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
@@ -106,7 +106,7 @@ def _spread() -> Stage:
 
 def _over(n: Numbers) -> tuple[Stage, ...]:
     """From a headstand on arms and rails over to the belly."""
-    over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=0.6)
+    over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=1.6)
     return over, Stage(_pose(n, 3), n["d3"], hold=n["h"])
 
 
@@ -115,7 +115,7 @@ def _from_back(n: Numbers) -> tuple[Stage, ...]:
     return (
         _spread(),
         Stage(_pose(n, 0), n["d0"], hold=n["h0"]),
-        Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=0.8),
+        Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=1.2),
         *_over(n),
     )
 

@@ -10,10 +10,10 @@ from functools import partial
 import cma
 import numpy as np
 
+from mobius.choreography.designs import Design, design_of
+from mobius.choreography.rehearse import rehearse
 from mobius.errors import InvalidInput
 from mobius.headless import import_mujoco
-from mobius.train.motions.designs import Design, design_of
-from mobius.train.motions.rehearse import rehearse
 
 POPULATION = 16
 WORST = 0.3
