@@ -23,7 +23,6 @@ from mobius.stack import Controller, Heights, Stack
 from mobius.types import Mode, Pose
 from mobius.world.ground import Ground, add_ground
 
-
 Drive = Path | str | Controller | None
 """What drives a body: an ONNX file, ``flat``, ``rough``, ``zero``, ``random``, a controller; the
 shipped policy for flat floors if None."""
@@ -118,9 +117,7 @@ def build_sim_stack(
         controllers: dict[Mode, Controller] = {body.mode: _driver(policy, start.body, start.seed)}
         mode = body.mode
     else:
-        known = (
-            {name: load_motion(name) for name in motion_names()} if motions is None else motions
-        )
+        known = {name: load_motion(name) for name in motion_names()} if motions is None else motions
         controllers = controllers_of(modes, known, policy=policy, seed=start.seed)
         mode = start.mode or _first_mode(start, keyframe)
     robot = SimRobot(

@@ -252,7 +252,9 @@ class Estimator:
     def _rest(self, frame: SensorFrame) -> None:
         """A robot that stands still on all limbs does not turn: what the gyro says is bias."""
         c = self.config
-        still = self._legs and min(self._standing) > 0.5 and float(np.abs(frame.dq).max()) < c.rest_rate
+        still = (
+            self._legs and min(self._standing) > 0.5 and float(np.abs(frame.dq).max()) < c.rest_rate
+        )
         self._resting = self._resting + self._since if still else 0.0
         if self._resting > 0.2:
             self.filter.correct_rest(frame.gyro_I, c.rest_gyro**2)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.assemble import Start, flat_model
-from mobius.control.bodies import body_of
 from mobius.errors import InvalidInput
 from mobius.geometry import quat_mul, rotate
 from mobius.model.dimensions import MIN_CRANK_SPREAD
 from mobius.model.joints import LIMB_JOINTS
 from mobius.model.poses import lowest_point, overlap
 from mobius.model.robot import (
-    addresses,
     configuration,
     joint_limits,
     keyframe,
@@ -124,4 +120,3 @@ def _falling(model: Any, rng: np.random.Generator) -> Array:
 def _over_floor(model: Any, qpos: Array, clearance: float) -> Array:
     qpos[2] -= lowest_point(model, qpos) - clearance
     return qpos
-

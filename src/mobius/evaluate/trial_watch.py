@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mobius.evaluate.trial_start import TrialStart
 from mobius.geometry import heading_yaw, quat_conj, rotate, wrap_angle
-from mobius.modes import Posture, posture_of
 from mobius.model.robot import keyframe
+from mobius.modes import Posture, posture_of
 from mobius.robot import TICK
 from mobius.stack import READ_EVERY
 from mobius.types import StateEstimate

@@ -92,12 +92,8 @@ TRIALS: dict[str, Trial] = {
         ),
         Trial("any_fall", "fall", None, Mode.CRAWL, 15.0, needs=("prone_to_crawl",)),
         Trial("roll", "crawl", Mode.ROLL, Mode.CRAWL, 10.0, 1.0, modes=("crawl", "roll")),
-        Trial(
-            "five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5
-        ),
-        Trial(
-            "push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")
-        ),
+        Trial("five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5),
+        Trial("push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")),
     )
 }
 """Trials by name."""
@@ -109,7 +105,7 @@ PUSH_UPS = 20
 
 def needed(trial: Trial) -> set[str]:
     """Names of the motions a trial cannot do without."""
-    serves = {m for m in ("roll", "push_ups") if m in trial.modes}
+    serves = {mode for mode in trial.modes if mode in ("roll", "push_ups")}
     if {"crawl", "biped"} <= set(trial.modes):
         serves |= {MOTION_OF[Mode.STAND_UP], MOTION_OF[Mode.LIE_DOWN]}
     return {*trial.needs, *serves}

@@ -7,9 +7,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mobius.model.joints import joint_index
 from mobius.modes.motions.motion import Motion, Stage
 from mobius.modes.motions.tilt import Tilt, tilt_of, wrapped
-from mobius.model.joints import joint_index
 from mobius.types import JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
