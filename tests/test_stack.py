@@ -26,7 +26,10 @@ class Belief:
     """An estimator that believes something false on purpose."""
 
     def __init__(self) -> None:
-        self.calls = 0
+        self.calls, self.told = 0, []
+
+    def trust(self, **sources):
+        self.told.append(sources)
 
     def take(self, frame):
         self.calls += 1
@@ -97,3 +100,78 @@ def test_a_mode_without_controller_is_refused():
             machine=ModeMachine(frozenset({Mode.CRAWL})),
             controllers={},
         )
+
+
+class Quick(Hold):
+    """A controller at 300 Hz that learns what was sent before."""
+
+    every = 2
+    state, reason = "running", ""
+
+    def begin(self, targets):
+        self.began = targets
+
+
+def roll_stack(quick):
+    belief = Belief()
+    stack = Stack(
+        GhostRobot(STANCE),
+        senses=Senses(),
+        estimator=belief,
+        machine=ModeMachine(frozenset({Mode.CRAWL, Mode.ROLL})),
+        controllers={Mode.CRAWL: Hold(), Mode.ROLL: quick},
+    )
+    return stack, belief
+
+
+def want(mode):
+    return lambda belief: ModeCommand(mode, np.zeros(3), belief.stamp)
+
+
+def turn(stack, mode, seconds):
+    samples = (stack.turn(want(mode)) for _ in range(round(600 * seconds)))
+    return [s for s in samples if s is not None]
+
+
+def test_a_motion_acts_at_300_hz_and_samples_stay_at_60():
+    quick = Quick()
+    stack, _ = roll_stack(quick)
+    samples = turn(stack, Mode.ROLL, 0.8) + turn(stack, Mode.ROLL, 1.0)
+    assert [s.tick for s in samples] == list(range(0, 1080, 10))
+    rolling = sum(s.command.mode is Mode.ROLL for s in samples)
+    assert rolling > 50 and len(quick.seen) == 5 * rolling
+    np.testing.assert_array_equal(quick.began, STANCE)
+
+
+def test_the_machine_hears_that_a_motion_is_done_and_the_estimator_whom_to_trust():
+    quick = Quick()
+    stack, belief = roll_stack(quick)
+    turn(stack, Mode.ROLL, 1.0)
+    assert stack.machine.mode is Mode.ROLL
+    quick.state = "done"
+    turn(stack, Mode.CRAWL, 0.1)
+    assert stack.machine.mode is Mode.CRAWL
+    assert belief.told == [
+        dict(vio=False, legs=False, ground=False),
+        dict(vio=True, legs=True, ground=True),
+    ]
+
+
+def test_an_emergency_stop_makes_the_servos_soft_then_holds():
+    stack, _, _, hold = build()
+    for _ in range(60):
+        stack.turn(still)
+    stack.machine.emergency_stop()
+    seen = len(hold.seen)
+    sample = stack.turn(still)
+    assert sample.command.mode is Mode.STOP
+    np.testing.assert_array_equal(sample.sent.q, sample.frame.q)
+    assert len(hold.seen) == seen
+
+
+def test_a_controller_out_of_step_is_refused():
+    quick = Quick()
+    quick.every = 3
+    stack, _ = roll_stack(quick)
+    with pytest.raises(InvalidInput, match="expected every = 2 or 10 ticks, got 3"):
+        turn(stack, Mode.ROLL, 1.0)

@@ -81,15 +81,16 @@ class Sensing(Protocol):
 
 
 class Believing(Protocol):
-    """What turns readings into belief; in a stack with other modes than walking also
-    ``trust(vio=, legs=, ground=)`` (:meth:`mobius.estimate.Estimator.trust`).
-    """
+    """What turns readings into belief."""
 
     def take(self, frame: SensorFrame) -> None:
         """Take in one frame (300 Hz)."""
 
     def belief(self) -> StateEstimate:
         """What is believed now (60 Hz)."""
+
+    def trust(self, *, vio: bool, legs: bool, ground: bool) -> None:
+        """Which sources to hear from now on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +187,7 @@ class Stack:
         self._active = mode
         trust = self.machine.trust
         if trust != self._trust:
-            teller: Any = self.estimator
-            teller.trust(vio=trust.vio, legs=trust.legs, ground=trust.ground)
+            self.estimator.trust(vio=trust.vio, legs=trust.legs, ground=trust.ground)
             self._trust = trust
 
     def _write(self, belief: StateEstimate) -> JointCommand:

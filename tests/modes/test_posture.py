@@ -49,7 +49,7 @@ def test_a_fall_must_last_to_be_one(belief_of):
 def test_limbs_that_give_way_are_a_fall(belief_of):
     detector = FallDetector()
     said = [detector.fallen(Mode.CRAWL, belief_of(k / 60), PRONE) for k in range(30)]
-    assert not any(said[:20]) and "no limb carries the trunk" in said[-1]
+    assert not any(said[:21]) and "no limb carries the trunk" in said[-1]
     detector.reset()
     legs = STAND.copy()
     legs[12:20] = PRONE[12:20]
@@ -68,7 +68,7 @@ def test_other_modes_do_not_fall(belief_of):
 def test_no_alarm_while_it_walks(body, twist):
     stack, _ = build_sim_stack(flat_model(), Start(body=body, seed=3))
     mode, detector = Mode(body), FallDetector()
-    for _ in range(900):
+    for _ in range(600):
         sample = stack.turn(lambda b: ModeCommand(mode, twist, b.stamp))
         if sample is not None:
             assert not detector.fallen(mode, sample.belief, sample.frame.q)

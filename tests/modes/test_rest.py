@@ -1,5 +1,7 @@
 """Soft servos, then firm ones where the robot came to rest."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from mobius.model.robot import keyframe_joints
@@ -44,3 +46,11 @@ def test_who_waits_for_the_trunk_alone_does_not_look_at_joints(belief_of, frame_
     for k in range(70):
         act(hold, belief_of, frame_of, k / 300, CRAWL, 0.5)
     assert hold.resting
+
+
+def test_a_robot_in_free_fall_does_not_rest(belief_of, frame_of):
+    hold = DampedHold()
+    for k in range(150):
+        falling = replace(frame_of(k / 300, CRAWL), accel_I=np.array([0.0, 0.0, 0.3]))
+        hold.act(STOP, belief_of(k / 300), falling)
+    assert not hold.resting

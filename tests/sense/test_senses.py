@@ -1,5 +1,7 @@
 """One bundle of devices a run: reproducible, and a real reading for every perfect one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,23 @@ def test_noise_is_scaled_and_can_be_turned_off():
 def test_a_negative_noise_is_refused():
     with pytest.raises(InvalidInput, match=">= 0"):
         Senses(0, noise=-1.0)
+
+
+def turned(k: int, *, rate: float = 0.0, roll: float = 0.0) -> SensorFrame:
+    pose = Pose(p=np.zeros(3), q=rpy_to_quat(roll, 0.0, 0.0))
+    return replace(frame(k), gyro_I=np.array([0.0, rate, 0.0]), vio=pose)
+
+
+def test_a_camera_that_turns_fast_or_looks_at_the_floor_loses_its_track_for_a_while():
+    for lost in (dict(rate=3.0), dict(roll=np.pi)):
+        senses = Senses(1, noise=0.0, can_lose=True)
+        senses.vio.parameters = replace(senses.vio.parameters, dropout_rate=0.0)
+        said = [senses.corrupt(turned(k, **(lost if 30 <= k < 60 else {}))).vio for k in range(180)]
+        heard = np.array([v is not None for v in said])
+        assert heard[:30].all() and not heard[30 : 60 + 74].any() and heard[60 + 76 :].all()
+
+
+def test_without_the_option_no_turn_blinds_the_camera():
+    senses = Senses(1)
+    senses.vio.parameters = replace(senses.vio.parameters, dropout_rate=0.0)
+    assert all(senses.corrupt(turned(k, rate=3.0, roll=np.pi)).vio is not None for k in range(60))

@@ -105,7 +105,7 @@ PUSH_UPS = 20
 
 def needed(trial: Trial) -> set[str]:
     """Names of the motions a trial cannot do without."""
-    serves = {m for m in ("roll", "push_ups") if m in trial.modes}
+    serves = {mode for mode in trial.modes if mode in ("roll", "push_ups")}
     if {"crawl", "biped"} <= set(trial.modes):
         serves |= {MOTION_OF[Mode.STAND_UP], MOTION_OF[Mode.LIE_DOWN]}
     return {*trial.needs, *serves}

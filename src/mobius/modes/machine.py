@@ -125,7 +125,7 @@ class ModeMachine:
         self._falls = FallDetector()
         self._since = -np.inf  # in this mode; the first step sets it
         self._wanted, self._wanted_since = self.mode, np.inf
-        self._stamp = 0.0
+        self._stamp, self._stale = 0.0, False
 
     @property
     def stopped(self) -> bool:
@@ -148,6 +148,7 @@ class ModeMachine:
         if self.stopped:
             self.notice = ""
             self._switch(Mode.RECOVER if Mode.RECOVER in self.available else self._home, "release")
+            self._stale = True  # the next step still sees the controller of before
 
     def step(self, wanted: ModeCommand, seen: Seen | None = None) -> ModeCommand:
         """The command to carry out; call at 60 Hz.
@@ -168,7 +169,9 @@ class ModeMachine:
             raise InvalidInput(f"mode '{wanted.mode}' has no controller yet; available: {names}")
         if self._since == -np.inf:
             self._since = self._stamp
-        if self.mode in LEADS_TO:
+        if self._stale:
+            self._stale = False
+        elif self.mode in LEADS_TO:
             self._follow_motion(seen)
         elif Mode.RECOVER in self.available and seen is not None:
             why = self._falls.fallen(self.mode, seen.belief, seen.q)

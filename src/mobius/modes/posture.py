@@ -87,10 +87,12 @@ TIPPED = 0.6
 no gait leans further, and no stance comes back from there."""
 TIPPED_S = 0.08
 """For this long [s]: five samples, so that one strange belief is not a fall."""
-SUNK = {Mode.CRAWL: 0.17, Mode.BIPED: 0.30}
+SUNK = {Mode.CRAWL: 0.17, Mode.BIPED: 0.34}
 """No limb reaches this far below the trunk's centre: it lies on the floor [m]."""
 SUNK_S = 0.35
 """For this long [s]; a jump or a shove may lift the limbs for less."""
+LOOK_S = 0.1
+"""The limbs are looked at this often [s]; their kinematics cost more than all the rest."""
 _AXIS = {Mode.CRAWL: 2, Mode.BIPED: 0}
 
 
@@ -103,6 +105,7 @@ class FallDetector:
     def reset(self) -> None:
         """Forget what has been seen, as on a change of mode."""
         self._tipped_since, self._sunk_since = np.inf, np.inf
+        self._look_at = -np.inf
 
     def fallen(self, mode: Mode, belief: StateEstimate, q: Array) -> str:
         """Why it has fallen, or ``""``; call at 60 Hz.
@@ -117,8 +120,10 @@ class FallDetector:
         now, up = belief.stamp, up_in_trunk(belief)
         tipped = float(up[_AXIS[mode]]) < TIPPED
         self._tipped_since = min(self._tipped_since, now) if tipped else np.inf
-        sunk = float(depths(q, up).max()) < SUNK[mode]
-        self._sunk_since = min(self._sunk_since, now) if sunk else np.inf
+        if now >= self._look_at:
+            sunk = float(depths(q, up).max()) < SUNK[mode]
+            self._sunk_since = min(self._sunk_since, now) if sunk else np.inf
+            self._look_at = now + LOOK_S - 1e-9
         if now - self._tipped_since >= TIPPED_S:
             return f"fall: the trunk leans {np.degrees(np.arccos(up[_AXIS[mode]])):.0f} deg"
         if now - self._sunk_since >= SUNK_S:

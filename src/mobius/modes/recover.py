@@ -30,6 +30,8 @@ WAYS_UP: dict[Posture, tuple[str, ...]] = {
 """Motions for each posture, the best first. The next is tried when one has failed here, or is
 not there; lying askew, any motion that stirs the limbs ends in a clearer posture."""
 
+LOOK_S = 1 / 30
+"""Between motions it looks how it lies this often [s]."""
 SLOW = 1.0
 """A trunk that turns slower than this is not falling [rad/s]."""
 
@@ -88,7 +90,7 @@ class Recovery:
         self._began: float | None = None
         self._sent: Array | None = None
         self._reached: Posture | None = None
-        self._patient_until = -np.inf
+        self._patient_until = self._look_at = -np.inf
 
     def begin(self, targets: ArrayLike) -> None:
         """Tell the targets (22,) [rad] that were sent last."""
@@ -103,7 +105,8 @@ class Recovery:
             self._give_up(f"not up after {self.config.timeout:g} s")
         if self.state is not State.RUNNING:
             return JointCommand(q=frame.q if self._sent is None else self._sent, stamp=now)
-        if self._player is None:
+        if self._player is None and now >= self._look_at:
+            self._look_at = now + LOOK_S - 1e-9
             self._decide(belief, frame)
         if self._player is None and now < self._patient_until and self._sent is not None:
             return JointCommand(q=self._sent, stamp=now)

@@ -13,6 +13,8 @@ QUIET_JOINT = 0.15
 """Joints slower than this rest [rad/s]; encoders read speed in steps of 0.024."""
 QUIET_TRUNK = 0.25
 """And a trunk that turns slower than this [rad/s]."""
+QUIET_FORCE = 3.0
+"""And a specific force this close to gravity [m/s^2]: a robot in free fall does not rest."""
 QUIET_S = 0.2
 """For this long [s]."""
 LONGEST_S = 2.0
@@ -57,6 +59,7 @@ class DampedHold:
             still = (
                 float(np.abs(frame.dq).max()) < self._joint_rate
                 and float(np.abs(belief.w_B).max()) < QUIET_TRUNK
+                and abs(float(np.linalg.norm(frame.accel_I)) - 9.81) < QUIET_FORCE
             )
             self._quiet_since = min(self._quiet_since, now) if still else np.inf
             if now - self._quiet_since >= QUIET_S or now - self._began >= LONGEST_S:

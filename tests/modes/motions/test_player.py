@@ -39,8 +39,9 @@ def test_targets_go_from_what_was_sent_last_to_the_pose_without_a_jerk(play, mot
     speed = np.diff(sent, axis=0) / DT
     span = np.abs(CRAWL - PRONE).max()
     assert np.abs(speed).max() == pytest.approx(1.875 * span / 0.5, rel=1e-3)
+    # a quintic step has 5.77 span / T^2 at most; a few samples from the ends, a share of it
     assert np.abs(speed[[0, 148]]).max() < 1e-2 * np.abs(speed).max()
-    assert np.abs(np.diff(speed, axis=0)[[0, 147]] / DT).max() < 0.1 * span / 0.5**2
+    assert np.abs(np.diff(speed, axis=0)[[0, 147]] / DT).max() < 0.15 * 5.77 * span / 0.5**2
     assert player.state == "done" and player.progress == 1.0
 
 
@@ -94,7 +95,7 @@ def test_feedback_moves_its_joint_with_pitch_and_rate_and_enters_without_a_jump(
 def test_it_gives_up_when_the_trunk_leaves_the_window(play, motion_of):
     player = MotionPlayer(motion_of(Stage(CRAWL, 1.0, window=Window(within=0.4))))
     play(player, 0.5, lambda t: 2.0 * t)
-    assert player.state == "failed" and "trunk at pitch 0.40" in player.reason
+    assert player.state == "failed" and "trunk at pitch 0.4" in player.reason
 
 
 def test_it_gives_up_when_joints_do_not_follow_for_long(play, motion_of):
