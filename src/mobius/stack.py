@@ -162,6 +162,7 @@ class Stack:
         self._command = self.machine.step(source(belief), self._seen(belief, frame))
         if self._command.mode is not self._active:
             self._change(self._command.mode)
+        self._inform()
         sent = self._write(belief)
         power = (self.energy - self._last_energy) / (ACT_EVERY * TICK)
         self._last_energy = self.energy
@@ -174,7 +175,7 @@ class Stack:
         return Seen(belief, frame.q, state, reason)
 
     def _change(self, mode: Mode) -> None:
-        """Another controller takes over; the estimator learns what to trust."""
+        """Another controller takes over."""
         controller: Any = self.controllers[mode]
         self._every = getattr(controller, "every", ACT_EVERY)
         if ACT_EVERY % self._every or self._every % READ_EVERY:
@@ -185,6 +186,9 @@ class Stack:
         if self._sent is not None and hasattr(controller, "begin"):
             controller.begin(self._sent.q)
         self._active = mode
+
+    def _inform(self) -> None:
+        """Tell the estimator what to trust from now on."""
         trust = self.machine.trust
         if trust != self._trust:
             self.estimator.trust(vio=trust.vio, legs=trust.legs, ground=trust.ground)

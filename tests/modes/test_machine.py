@@ -2,13 +2,14 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput
 from mobius.model.robot import keyframe_joints
-from mobius.modes import SUCCESSORS, ModeMachine, Seen, Trust, trust_in
+from mobius.modes import SUCCESSORS, ModeMachine, Seen, Trust, TrustWatch
 from mobius.modes.machine import LEADS_TO, TOWARDS
-from mobius.types import Mode, ModeCommand
+from mobius.types import Mode, ModeCommand, StateEstimate
 
 M = Mode
 ALL = frozenset({M.CRAWL, M.BIPED, M.ROLL, M.STAND_UP, M.LIE_DOWN, M.RECOVER, M.PUSH_UPS})
@@ -187,7 +188,31 @@ def test_the_tables_agree():
     assert all(b in SUCCESSORS[a] for a, b in LEADS_TO.items())
 
 
+def _at(pitch, rate=0.0):
+    """A belief of a trunk at a pitch [rad] that turns at a rate [rad/s] about its side axis."""
+    q = [np.cos(pitch / 2), 0.0, np.sin(pitch / 2), 0.0]
+    zero = np.zeros(3)
+    return StateEstimate(
+        stamp=0.0, p_OB=zero, q_OB=q, v_B=zero, w_B=(0.0, rate, 0.0), contact=np.zeros(4)
+    )
+
+
 def test_trust_by_mode():
-    assert trust_in(M.CRAWL) == trust_in(M.BIPED) == Trust()
-    assert trust_in(M.ROLL) == Trust(vio=False, legs=False, ground=False)
-    assert not any(trust_in(m).ground for m in (M.STAND_UP, M.LIE_DOWN, M.RECOVER, M.STOP))
+    watch = TrustWatch()
+    level = _at(0.0)
+    assert watch.see(M.CRAWL, level) == watch.see(M.BIPED, level) == Trust()
+    for mode in (M.STAND_UP, M.LIE_DOWN, M.RECOVER, M.STOP):
+        assert not watch.see(mode, level).ground
+
+
+def test_a_roll_is_believed_by_limbs_and_camera_until_it_goes_over_and_by_the_camera_after():
+    watch = TrustWatch()
+    rearing = watch.see(M.ROLL, _at(-0.8))
+    assert rearing.vio and rearing.legs
+    over = [watch.see(M.ROLL, _at(a, -6.0)) for a in (-1.4, -2.5, 2.8, 1.6, 0.2)]
+    assert not any(t.vio or t.legs or t.ground for t in over)
+    landed = watch.see(M.ROLL, _at(0.1))
+    assert landed.vio and not landed.legs
+    assert watch.see(M.ROLL, _at(-0.3)) == landed
+    assert watch.see(M.CRAWL, _at(0.0)) == Trust()
+    assert watch.see(M.ROLL, _at(0.0)).legs

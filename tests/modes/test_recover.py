@@ -103,15 +103,26 @@ def test_without_a_motion_for_the_posture_it_says_so(live, motions):
 
 
 def test_after_a_failed_motion_it_takes_the_next_for_that_posture(belief_of, frame_of, motion_of):
-    """Askew, prone_to_crawl leaves its window at once; supine_recovery is next."""
-    bad = motion_of(Stage(CRAWL, 0.2, window=Window(within=0.1)))
-    good = motion_of(Stage(CRAWL, 0.2), name="supine_recovery")
-    recovery = Recovery({"prone_to_crawl": bad, "supine_recovery": good}, STANCE)
+    """Askew, supine_to_crawl leaves its window at once; prone_to_crawl is next."""
+    bad = motion_of(Stage(CRAWL, 0.2, window=Window(within=0.1)), name="supine_to_crawl")
+    good = motion_of(Stage(CRAWL, 0.2))
+    recovery = Recovery({"supine_to_crawl": bad, "prone_to_crawl": good}, STANCE)
     for k in range(60):
         recovery.act(STILL, belief_of(k / 30, pitch=np.pi / 4), frame_of(k / 30, PRONE))
-    assert [name for _, _, name in recovery.log][:2] == ["prone_to_crawl", "supine_recovery"]
+    assert [name for _, _, name in recovery.log][:2] == ["supine_to_crawl", "prone_to_crawl"]
 
 
 def test_only_a_stance_may_end_it(motions):
     with pytest.raises(InvalidInput, match="expected targets of 'crawling' or 'standing', got"):
         Recovery(motions(*ALL), {Posture.PRONE: PRONE})
+
+
+def test_a_motion_that_ends_in_the_wanted_stance_comes_first(belief_of, frame_of, motion_of):
+    up = motion_of(Stage(CRAWL, 0.2), name="supine_recovery", end="standing")
+    over = motion_of(Stage(CRAWL, 0.2), name="supine_to_crawl")
+    there = {"supine_recovery": up, "supine_to_crawl": over}
+    for stance, first in (("crawling", "supine_to_crawl"), ("standing", "supine_recovery")):
+        recovery = Recovery(there, {Posture(stance): CRAWL})
+        for k in range(60):
+            recovery.act(STILL, belief_of(k / 30, pitch=np.pi), frame_of(k / 30, PRONE))
+        assert recovery.log[0][2] == first

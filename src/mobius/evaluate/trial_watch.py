@@ -21,7 +21,14 @@ Array = NDArray[np.float64]
 DT = READ_EVERY * TICK
 """Time between two looks [s]."""
 LEVEL = float(np.radians(20.0))
-"""A roll begins when the trunk is tilted by more than this and ends when it is level again."""
+"""A roll ends when the trunk, turned over, is level again within this."""
+OVER = float(np.radians(80.0))
+"""A trunk that has turned back by this is going over: its hands were on the floor for the last
+time, and that is where the roll began [rad]."""
+NEARLY_ROUND = float(np.radians(300.0))
+"""Turned back by this, the next level is the one after the roll [rad]."""
+TOUCH = 1.0
+"""Force of a hand on the floor [N]."""
 PUSH_UP = 0.05
 """The trunk goes down and up again by this [m] in a push-up."""
 UPRIGHT = float(np.cos(np.radians(30.0)))
@@ -72,7 +79,8 @@ class Watch:
     rotation: float = 0.0
     """About the trunk's lateral axis since :meth:`start_roll` [rad]; backwards is negative."""
     roll_way: float = 0.0
-    """Horizontal distance between first leaving and last regaining the level [m]."""
+    """Horizontal distance from where the hands let go of the floor to where the trunk was level
+    again [m]."""
     roll_s: float = 0.0
     """Time between these [s]."""
 
@@ -80,7 +88,6 @@ class Watch:
         self._stall, self._slope = (x[:LIMBS_END] for x in self.robot.servo_line())
         self._square, self._looks = np.zeros(LIMBS_END), 0
         self._left: tuple[float, Array] | None = None
-        self._tilted = False
         self.truth: StateEstimate = self.robot.truth()
 
     @property
@@ -121,17 +128,18 @@ class Watch:
     def start_roll(self) -> None:
         """Count rotation and way from here."""
         self.rotation, self.roll_way, self.roll_s = 0.0, 0.0, 0.0
-        self._left, self._tilted = None, False
+        self._left = None
 
     def _follow_roll(self) -> None:
-        tilted = float(self._normal_B[2]) < np.cos(LEVEL)
-        if tilted and self._left is None:
-            self._left = self.now, self.truth.p_OB.copy()
-        if self._tilted and not tilted and self._left is not None:
+        if self.rotation > -OVER:
+            if float(self.robot.contact_force()[:2].max()) > TOUCH:
+                self._left = self.now, self.truth.p_OB.copy()
+            return
+        level = float(self._normal_B[2]) > np.cos(LEVEL)
+        if level and self.rotation < -NEARLY_ROUND and self.roll_s == 0.0 and self._left:
             began, where = self._left
             self.roll_s = self.now - began
             self.roll_way = float(np.linalg.norm(self.truth.p_OB[:2] - where[:2]))
-        self._tilted = tilted
 
     @property
     def _normal_B(self) -> Array:

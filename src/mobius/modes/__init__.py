@@ -16,4 +16,4 @@ from mobius.modes.posture import posture_of as posture_of
 from mobius.modes.recover import Recovery as Recovery
 from mobius.modes.rest import DampedHold as DampedHold
 from mobius.modes.trust import Trust as Trust
-from mobius.modes.trust import trust_in as trust_in
+from mobius.modes.trust import TrustWatch as TrustWatch

@@ -17,7 +17,8 @@ import numpy as np
 from mobius.errors import InvalidInput
 from mobius.modes.motions.player import State
 from mobius.modes.posture import FallDetector, Posture, posture_of
-from mobius.modes.trust import Trust, trust_in
+from mobius.modes.trust import WALKING as TRUST_ALL
+from mobius.modes.trust import Trust, TrustWatch
 from mobius.types import Mode, ModeCommand, StateEstimate
 
 _ALWAYS = (Mode.RECOVER, Mode.STOP)
@@ -126,6 +127,7 @@ class ModeMachine:
         self._since = -np.inf  # in this mode; the first step sets it
         self._wanted, self._wanted_since = self.mode, np.inf
         self._stamp, self._stale = 0.0, False
+        self._watch, self._trust = TrustWatch(), TRUST_ALL
 
     @property
     def stopped(self) -> bool:
@@ -134,8 +136,8 @@ class ModeMachine:
 
     @property
     def trust(self) -> Trust:
-        """Which sources the estimator may trust in this mode."""
-        return trust_in(self.mode)
+        """Which sources the estimator may trust now."""
+        return self._trust
 
     def emergency_stop(self, why: str = "emergency stop") -> None:
         """From any state: soft servos until the robot rests, then it holds; until release."""
@@ -161,6 +163,13 @@ class ModeMachine:
         Raises:
             InvalidInput: The wanted mode has no controller.
         """
+        command = self._step(wanted, seen)
+        self._trust = self._watch.see(self.mode, None if seen is None else seen.belief)
+        return command
+
+    # -- inside --------------------------------------------------------------------------
+
+    def _step(self, wanted: ModeCommand, seen: Seen | None) -> ModeCommand:
         self._stamp = wanted.stamp
         if self.stopped:
             return self._still()
@@ -183,8 +192,6 @@ class ModeMachine:
                 return wanted
             self._approach(wanted.mode, seen)
         return self._still()
-
-    # -- inside --------------------------------------------------------------------------
 
     def _still(self) -> ModeCommand:
         return ModeCommand(mode=self.mode, twist_H=np.zeros(3), stamp=self._stamp)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mobius.types import Mode
+import numpy as np
+
+from mobius.modes.motions.tilt import tilt_of
+from mobius.types import Mode, StateEstimate
 
 
 @dataclass(frozen=True)
@@ -30,11 +33,39 @@ TRUST: dict[Mode, Trust] = {
     Mode.PUSH_UPS: MOVING,
     Mode.RECOVER: LYING,
     Mode.STOP: LYING,
-    Mode.ROLL: ROLLING,
 }
-"""Modes that are not listed trust everything (:func:`trust_in`)."""
+"""Modes that are not listed trust everything; a roll goes through several."""
 
 
-def trust_in(mode: Mode) -> Trust:
-    """What to trust in a mode."""
-    return TRUST.get(mode, WALKING)
+REARED = float(np.radians(70.0))
+"""A trunk whose nose is higher than this is on its way over [rad]; rearing up stays below."""
+LEVEL = float(np.radians(30.0))
+"""Back within this of level, and slower than :data:`SLOW`, it has landed [rad]."""
+SLOW = 1.5
+"""[rad/s]."""
+
+
+class TrustWatch:
+    """What to trust now: the mode says, and in a roll how far it is.
+
+    Until the trunk goes over, a rolling robot stands on its limbs and its camera sees; while
+    it goes over only the IMU is worth hearing; lying where it landed, the camera sees again.
+    """
+
+    def __init__(self) -> None:
+        self._mode: Mode | None = None
+        self._phase = MOVING
+
+    def see(self, mode: Mode, belief: StateEstimate | None) -> Trust:
+        """Trust in a mode at a belief; call at 60 Hz."""
+        if mode is not self._mode:
+            self._mode, self._phase = mode, MOVING
+        if mode is not Mode.ROLL or belief is None:
+            return TRUST.get(mode, WALKING)
+        pitch = tilt_of(belief.q_OB).pitch_B
+        slow = float(np.abs(belief.w_B).max()) < SLOW
+        if self._phase is MOVING and (pitch < -REARED or pitch > REARED):
+            self._phase = ROLLING
+        elif self._phase is ROLLING and slow and abs(pitch) < LEVEL:
+            self._phase = LYING
+        return self._phase
