@@ -10,6 +10,7 @@ from typing import Any
 import tyro
 
 from mobius.cli.drive import Demo, Run
+from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.plan import PlanVerb
@@ -35,6 +36,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         if args and not args[0].startswith("-") and args[0] not in VERBS:
             raise UnknownName("verb", args[0], VERBS)
+        if args[:2] == ["eval", "energy"]:
+            return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

@@ -28,7 +28,7 @@ class Eval:
     """Measure a policy in the whole stack over many seeds."""
 
     body: Positional[str]
-    """Which body: crawl or biped."""
+    """Which body: crawl or biped; for what a metre costs in each mode: mobius eval energy."""
     what: Positional[str] = "tracking"
     """What to measure: tracking (five commands held 4 s each), push (shoves of 0.1 s, harder
     until it falls), terrain (20 s on other ground) or robustness (one property changed)."""

@@ -4,3 +4,5 @@ from mobius.modes.follow import FollowerConfig as FollowerConfig
 from mobius.modes.follow import PathFollower as PathFollower
 from mobius.modes.machine import SUCCESSORS as SUCCESSORS
 from mobius.modes.machine import ModeMachine as ModeMachine
+from mobius.modes.modal import ModalFollower as ModalFollower
+from mobius.modes.tasks import TaskConfig as TaskConfig
