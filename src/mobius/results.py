@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -62,12 +62,14 @@ def staged(out: Path, *, replace: bool = False) -> Iterator[Path]:
         shutil.rmtree(stage, ignore_errors=True)
 
 
-def plan_as_json(plan: Plan) -> dict[str, Any]:
+def plan_as_json(plan: Plan, later: Sequence[Plan] = ()) -> dict[str, Any]:
     """Status, objective, bound, gap, solve time [ms] and steps with metres and mode.
 
     Step t is where the robot is after t moves; ``mode`` is the one that brought it there.
+    Plans made on the way stand in a list ``later``, where there are some.
     """
     modes = [plan.modes[0] if plan.modes else Mode.CRAWL, *plan.modes]
+    more = {"later": [plan_as_json(p) for p in later]} if later else {}
     return {
         "status": plan.status,
         "objective": plan.objective,
@@ -78,6 +80,7 @@ def plan_as_json(plan: Plan) -> dict[str, Any]:
             {"t": t, "x": float(x), "y": float(y), "mode": mode.value}
             for t, ((x, y), mode) in enumerate(zip(plan.xy_M, modes, strict=True))
         ],
+        **more,
     }
 
 
@@ -105,26 +108,48 @@ def write_results(
     judge: Judge,
     model: Any,
     *,
+    later: Sequence[Plan] = (),
+    mocap: Sequence[Any] | None = None,
     video: bool,
     progress: Progress | None,
 ) -> tuple[list[str], list[str]]:
-    """Write the files of a run; returns their names and what went otherwise than asked."""
+    """Write the files of a run.
+
+    Args:
+        folder: Where to.
+        world: As it is at the end.
+        record: The run.
+        judge: Who watched it.
+        model: The scene.
+        later: Plans made on the way.
+        mocap: (c, 7) poses of the scene's movable obstacles, per video frame.
+        video: Whether to render.
+        progress: Told how much is rendered.
+
+    Returns:
+        Names of the files, and what went otherwise than asked.
+    """
     from mobius.view.report import write_report
 
     names, notes = ["plan.json", "run.mcap"], []
-    write_json_atomic(folder / "plan.json", plan_as_json(record.plan))
+    write_json_atomic(folder / "plan.json", plan_as_json(record.plan, later))
     build_log(world, record.plan, judge).save(folder / "run.mcap")
     still = None
     if video:
         try:
             still = _still(record, model)
-            _video(folder / "video.mp4", record, model, progress)
+            _video(folder / "video.mp4", record, model, progress, mocap)
             names.append("video.mp4")
         except MobiusError as error:
             notes.append(f"no video: {error}")
     beside = [*names, "summary.json"]
     write_report(
-        folder / "report.html", record, occupancy=world.occupancy, still=still, files=beside
+        folder / "report.html",
+        record,
+        occupancy=world.occupancy,
+        later=later,
+        still=still,
+        files=beside,
     )
     write_json_atomic(folder / "summary.json", record.summary)
     return [*names, "report.html", "summary.json"], notes
@@ -146,7 +171,13 @@ def _still(record: RunRecord, model: Any) -> Any:
     return render_still(model, record.frame_qpos[middle], size=(640, 360), **_painting(record))
 
 
-def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None) -> None:
+def _video(
+    path: Path,
+    record: RunRecord,
+    model: Any,
+    progress: Progress | None,
+    mocap: Sequence[Any] | None,
+) -> None:
     from mobius.view.video import render_video
 
     def tell(done: int, total: int) -> None:
@@ -161,6 +192,7 @@ def _video(path: Path, record: RunRecord, model: Any, progress: Progress | None)
         record.frame_qpos,
         qpos_fps=1.0 / (FRAME_EVERY * TICK),
         captions=captions,
+        mocap=mocap if mocap is not None and model.nmocap else None,
         progress=tell,
         **_painting(record),
     )

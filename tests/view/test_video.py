@@ -192,3 +192,13 @@ def test_a_child_that_dies_is_one_line_and_leaves_no_video(
     with pytest.raises(MobiusError, match="drawing stopped at frame 0 of 21: card lost"):
         render_video(tmp_path / "video.mp4", model, ride, **SMALL)
     assert os.listdir(tmp_path) == []
+
+
+def test_poses_of_moved_obstacles_come_one_per_configuration(tmp_path):
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body name="crate" mocap="true"><geom size="1"/></body>'
+        '<body><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    qpos = np.tile([0, 0, 1, 1, 0, 0, 0.0], (3, 1))
+    with pytest.raises(InvalidInput, match=r"mocap \(3, 1, 7\).*got \(2, 1, 7\)"):
+        render_video(tmp_path / "v.mp4", model, qpos, mocap=np.zeros((2, 1, 7)))

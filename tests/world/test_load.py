@@ -35,7 +35,7 @@ def message(*args, **kwargs):
 
 
 def test_the_shipped_maps_can_be_walked_from_start_to_goal():
-    assert map_names() == ["arena", "demo"]
+    assert map_names() == ["arena", "demo", "multimodal"]
     for name in map_names():
         world = load_world(name, radius=0.37, margin=0.08)
         assert world.name == name
@@ -46,7 +46,7 @@ def test_the_shipped_maps_can_be_walked_from_start_to_goal():
 def test_a_name_nobody_knows_gets_the_nearest():
     with pytest.raises(UnknownName, match="Did you mean 'demo'"):
         load_world("dmeo", radius=0.3)
-    with pytest.raises(UnknownName, match="arena, demo"):
+    with pytest.raises(UnknownName, match="arena, demo, multimodal"):
         map_path("nowhere")
 
 

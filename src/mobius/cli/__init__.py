@@ -10,6 +10,7 @@ from typing import Any
 import tyro
 
 from mobius.cli.drive import Demo, Run
+from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
@@ -38,6 +39,8 @@ def main(argv: list[str] | None = None) -> int:
             raise UnknownName("verb", args[0], VERBS)
         if args[:2] == ["eval", "motions"]:
             return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
+        if args[:2] == ["eval", "energy"]:
+            return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

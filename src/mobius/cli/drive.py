@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tyro.conf import Positional
 
@@ -32,13 +33,18 @@ class Run:
     """Plan a way over a map and drive it in physics; leaves report, video and log."""
 
     map: Positional[str]
-    """A Nav2 map.yaml, a MovingAI .map, or the name of a shipped map (demo, arena)."""
+    """A Nav2 map.yaml, a MovingAI .map, or the name of a shipped map (demo, arena,
+    multimodal)."""
     start: XY | None = None
     """Where the robot starts: x y [m] in the map frame; the map's own if left out."""
     goal: XY | None = None
     """Where it shall go: x y [m] in the map frame; the map's own if left out."""
     modes: tuple[str, ...] = ("crawl",)
-    """Body modes the plan may use; so far: crawl."""
+    """Body modes the plan may use: crawl, and with it biped and roll (crawl,biped,roll)."""
+    regions: Path | None = None
+    """YAML file of regions that force modes, laid over the map (docs/missions.md)."""
+    scenario: Path | None = None
+    """YAML file of obstacles that come, move and go during the run (docs/missions.md)."""
     seed: int = 0
     """Seed of friction, mass, delay and sensor drift; any whole number >= 0."""
     out: Path | None = None
@@ -71,6 +77,8 @@ class Run:
                 start=self.start,
                 goal=self.goal,
                 modes=self.modes,
+                regions=self.regions,
+                scenario=self.scenario,
                 seed=self.seed,
                 randomised=self.randomised,
                 video=self.video,
@@ -89,9 +97,21 @@ class Run:
             f"plan {s['plan']['status']} (objective {s['plan']['objective']:g}, bound"
             f" {s['plan']['bound']:g}, {s['plan']['solve_ms']:.1f} ms)"
         )
+        self._tell_modes(s)
         for name in ("report.html", "video.mp4", "run.mcap", "summary.json", "plan.json"):
             if name in outcome.files:
                 print(f"{name:13s} {outcome.files[name]}")
         for note in outcome.notes:
             print(note, file=sys.stderr)
         return 0 if s["goal_reached"] else 1
+
+    def _tell_modes(self, s: dict[str, Any]) -> None:
+        """Modes, rolls, recoveries and new plans, where there was more than crawling."""
+        if len(s["modes"]) > 1:
+            energy = ", ".join(f"{m} {row['energy_J']:.0f} J" for m, row in s["modes"].items())
+            print(
+                f"modes: {energy}; {s['mode_switches']['driven_per_step']:.2f} switches per step,"
+                f" {s['rolls']} rolls, {s['recoveries']} of {s['falls']} falls recovered"
+            )
+        for r in s["replans"]:
+            print(f"new plan at {r['t']:.1f} s ({r['why']}): {r['problem'] or r['status']}")

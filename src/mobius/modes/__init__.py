@@ -7,6 +7,7 @@ from mobius.modes.machine import Event as Event
 from mobius.modes.machine import MachineConfig as MachineConfig
 from mobius.modes.machine import ModeMachine as ModeMachine
 from mobius.modes.machine import Seen as Seen
+from mobius.modes.modal import ModalFollower as ModalFollower
 from mobius.modes.motions import MotionPlayer as MotionPlayer
 from mobius.modes.motions import load_motion as load_motion
 from mobius.modes.motions import motion_names as motion_names
@@ -15,5 +16,6 @@ from mobius.modes.posture import Posture as Posture
 from mobius.modes.posture import posture_of as posture_of
 from mobius.modes.recover import Recovery as Recovery
 from mobius.modes.rest import DampedHold as DampedHold
+from mobius.modes.tasks import TaskConfig as TaskConfig
 from mobius.modes.trust import Trust as Trust
 from mobius.modes.trust import TrustWatch as TrustWatch

@@ -44,6 +44,25 @@ class FollowerConfig:
     """Distance to obstacles that turning on the spot needs [m]: corner radius and a margin."""
     narrow_speed: float = 0.22
     """Speed where there is less room than that [m/s]."""
+    sideways: float = np.inf
+    """Largest speed to a side [m/s]."""
+
+
+CRAWLING = FollowerConfig()
+WALKING = FollowerConfig(
+    speed=0.20,
+    turn_rate=0.40,
+    lookahead=0.25,
+    heading_lookahead=0.50,
+    heading_gain=1.2,
+    position_gain=0.8,
+    acceleration=0.3,
+    tolerance=0.12,
+    turn_room=0.0,
+    narrow_speed=0.20,
+    sideways=0.12,
+)
+"""On two legs: what is asked stays within 0.25 m/s forward, 0.15 m/s sideways and 0.5 rad/s."""
 
 
 class PathFollower:
@@ -81,6 +100,10 @@ class PathFollower:
     def progress(self) -> float:
         """Distance along the path of the robot's projection [m]."""
         return self._progress
+
+    def halt(self) -> None:
+        """Begin again from standing, as after something else has moved the robot."""
+        self._twist = np.zeros(3)
 
     def point(self, s: float) -> Array:
         """(2,) path point at distance s [m]."""
@@ -143,6 +166,7 @@ class PathFollower:
                 np.clip(cfg.heading_gain * error, -cfg.turn_rate, cfg.turn_rate),
             ]
         )
+        twist[:2] *= min(1.0, cfg.sideways / max(abs(twist[1]), 1e-9))
         if self.arrived:
             twist[:] = 0.0
         step = np.array([cfg.acceleration, cfg.acceleration, 3.0 * cfg.acceleration]) * dt

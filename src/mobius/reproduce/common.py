@@ -12,6 +12,7 @@ from typing import Any
 from mobius import paper
 from mobius.errors import MobiusError
 from mobius.files import write_text_atomic
+from mobius.plan import Travel, read_costs
 from mobius.sweep import Row
 from mobius.sweep.output import as_csv
 from mobius.sweep.paper_grids import paper_settings, paper_work
@@ -59,15 +60,37 @@ def as_text(rows: Cells) -> str:
 
 
 def run_table(
-    name: str, describe: str, rows_of: Callable[[list[Row]], Cells], notes: Sequence[str]
+    name: str,
+    describe: str,
+    rows_of: Callable[[list[Row]], Cells],
+    notes: Sequence[str],
+    priced: Callable[[list[Row], Travel], Cells] | None = None,
 ) -> None:
-    """The command line of one table: print it, and write it as CSV where asked."""
+    """The command line of one table: print it, and write it as CSV where asked.
+
+    Args:
+        name: Of the module.
+        describe: For ``--help``.
+        rows_of: The table from the sweep's rows.
+        notes: Printed below it.
+        priced: The table from the rows and measured costs; adds the option ``--costs``.
+    """
     parser = argparse.ArgumentParser(
         prog=f"python -m mobius.reproduce.{name}", description=describe
     )
     parser.add_argument("--out", type=Path, help="also write the table to this CSV file")
-    out = parser.parse_args().out
-    rows = rows_of(swept())
+    if priced is not None:
+        parser.add_argument(
+            "--costs", type=Path, help="measured costs: adds energies at our own prices"
+        )
+    options = parser.parse_args()
+    out = options.out
+    try:
+        travel = read_costs(options.costs) if priced is not None and options.costs else None
+    except MobiusError as error:
+        sys.exit(f"{name}: {error}")
+    swept_rows = swept()
+    rows = rows_of(swept_rows) if priced is None or travel is None else priced(swept_rows, travel)
     print(as_text(rows))
     print("\n".join(notes))
     if out is not None:

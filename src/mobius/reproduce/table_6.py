@@ -1,7 +1,8 @@
 """Table VI: the best planner settings, ours beside the paper's.
 
-``python -m mobius.reproduce.table_6 [--out FILE.csv]`` plans 4 x 324 + 2 settings on the
-reconstructed map and prints the table; ``mobius sweep table-6`` does it on every processor.
+``python -m mobius.reproduce.table_6 [--costs FILE] [--out FILE.csv]`` plans 4 x 324 + 2
+settings on the reconstructed map and prints the table; ``mobius sweep table-6`` does it on
+every processor. Measured costs add what our plans take at our own prices.
 
 Energies are those of the planner's price list, which *is* the lower half of the table (J
 per visited cell of each mode): with one mode alone ours must equal the paper's wherever a
@@ -13,11 +14,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from mobius import paper
+from mobius.errors import MapError, PlanError
+from mobius.plan import Travel, plan_cost
 from mobius.reproduce.common import Cells, reaches_goal, run_table
 from mobius.sweep import Row
-from mobius.sweep.paper_grids import setting_of
-from mobius.sweep.planner import ALL_MODES
+from mobius.sweep.paper_grids import paper_work, setting_of
+from mobius.sweep.planner import ALL_MODES, solved
 
 __all__ = ["NOTES", "best", "failures", "rows"]
 
@@ -26,17 +31,20 @@ NOTES = (
     " are), goal weight a penalty (row 44).",
     "away: larger of both axes between last cell and goal [cells]; a setting whose plan does not"
     " end at the goal fails (roll alone: within one cell).",
+    "energy_ours (with --costs): our plan's way at our measured J per metre, cells of 0.5 m, over"
+    " the cells it sees after the start; a roll sees one in three.",
     "energy: J per visited cell at Table VI's own price of each mode, so single modes agree by"
     " construction. The 34.91 of all modes lies above the dearest mode's 26.89: no plan that sees"
     " a new cell in every step costs that at these prices.",
 )
 
 
-def rows(swept: Sequence[Row]) -> Cells:
+def rows(swept: Sequence[Row], travel: Travel | None = None) -> Cells:
     """The table: paper, ours at the paper's setting, ours at our best.
 
     Args:
         swept: Rows of the settings of :mod:`mobius.sweep.paper_grids`, all or some.
+        travel: Measured costs; with them a column of our plans' energies at these prices.
     """
     table: Cells = []
     several = [row for row in swept if row["modes"] == ALL_MODES]
@@ -51,7 +59,26 @@ def rows(swept: Sequence[Row]) -> Cells:
         table.append(_printed(mode, printed))
         table += _at_printed(mode, printed, alone)
         table += [_ours(mode, "ours, best", row, alone) for row in best(alone, 1)]
+    own = [line.pop("row", None) for line in table]
+    if travel is not None:
+        for line, row in zip(table, own, strict=True):
+            line["energy_ours"] = None if row is None else measured_energy(row, travel)
     return table
+
+
+def measured_energy(row: Row, travel: Travel) -> float | None:
+    """J per visited cell of a row's plan at measured J per metre; None where a mode lacks one."""
+    grid = paper_work().maps[row["map"]]
+    try:
+        problem, plan = solved(row, grid)
+    except (PlanError, MapError):
+        return None
+    if not set(plan.modes) <= set(travel.J_per_m):
+        return None
+    metres = grid.cell * np.abs(np.diff(plan.cells, axis=0)).sum(axis=1)
+    joules = sum(travel.joules(m, float(d)) for m, d in zip(plan.modes, metres, strict=True))
+    seen = plan_cost(problem, plan).cells_seen - 1  # without the start
+    return joules / seen if seen else None
 
 
 def best(swept: Sequence[Row], count: int) -> list[Row]:
@@ -94,7 +121,8 @@ def _ours(modes: str, who: str, row: Row, swept: Sequence[Row] | None) -> dict[s
     failed = None if swept is None else f"{failures(swept)}/{len(swept)}"
     setting = {name: row[name] for name in ("horizon", "W_exp", "W_goal", "epsilon", "M")}
     figures = (row["solve_s"], row["mode_switch_rate"], row["energy_per_cell_J"])
-    return {**_line(modes, who, setting, *figures, failed), "away": row["goal_cells_away"]}
+    line = _line(modes, who, setting, *figures, failed)
+    return {**line, "away": row["goal_cells_away"], "row": row}
 
 
 def _line(
@@ -123,4 +151,4 @@ def _line(
 
 
 if __name__ == "__main__":
-    run_table("table_6", "Table VI, ours beside the paper's.", rows, NOTES)
+    run_table("table_6", "Table VI, ours beside the paper's.", rows, NOTES, rows)

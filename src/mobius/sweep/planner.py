@@ -72,19 +72,25 @@ def plan_row(setting: Setting, grid: GridMap) -> Row:
         ``energy_per_cell_J``, ``duration_s``, ``solve_s`` (wall time), ``why`` (no plan).
     """
     try:
-        problem = build_problem(
-            grid,
-            horizon=setting["horizon"],
-            modes=modes_of(setting["modes"]),
-            weights=weights_of(setting),
-            connectivity=setting["connectivity"],
-            count=setting["count"],
-        )
-        plan = solve(problem, deadline_s=None)
+        problem, plan = solved(setting, grid)
     except (PlanError, MapError) as error:
         return _figures(None, None, why=str(error))
-    check(problem, plan)
     return _figures(problem, plan, why="")
+
+
+def solved(setting: Setting, grid: GridMap) -> tuple[Problem, Plan]:
+    """Problem and checked plan of a setting. Raises PlanError or MapError where there is none."""
+    problem = build_problem(
+        grid,
+        horizon=setting["horizon"],
+        modes=modes_of(setting["modes"]),
+        weights=weights_of(setting),
+        connectivity=setting["connectivity"],
+        count=setting["count"],
+    )
+    plan = solve(problem, deadline_s=None)
+    check(problem, plan)
+    return problem, plan
 
 
 def _figures(problem: Problem | None, plan: Plan | None, *, why: str) -> Row:

@@ -6,7 +6,7 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import mujoco
@@ -43,6 +43,9 @@ class Job:
     """Edge of the shadow map [px], 0 for no shadows."""
     text_scale: int
     """Size of captions, 100, 150, 200, 250 or 300 [%]."""
+    mocap: Array = field(default_factory=lambda: np.zeros((0, 0, 7)))
+    """(k, c, 7) positions [m] and quaternions of the scene's c mocap bodies; none (0, c, 7)
+    leaves them where the model has them."""
 
 
 def draw(model: mujoco.MjModel, job: Job, *, workers: int | None = None) -> Iterator[bytes]:

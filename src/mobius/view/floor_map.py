@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -72,6 +73,8 @@ def floor_map(
     *,
     goal: Array,
     occupancy: Occupancy | None = None,
+    modes: Sequence[str] | None = None,
+    later: Sequence[Plan] = (),
 ) -> str:
     """The map as an SVG with a legend.
 
@@ -82,14 +85,22 @@ def floor_map(
         belief_xy: (n, 2) [m] in M.
         goal: (2,) [m] in M.
         occupancy: Walls and obstacles, drawn beneath.
+        modes: n names; the true way is drawn in their colours where there are several.
+        later: Plans made on the way, drawn thinner.
     """
     frame = _Frame(_corners(grid, occupancy, true_xy))
     parts = [_axes(frame)]
     if occupancy is not None:
         parts.append(_walls(frame, occupancy))
     parts += [_cells(frame, grid), _plan(frame, plan)]
+    parts += [_plan(frame, other, width=3) for other in later]
     parts.append(_path(frame, belief_xy, "line belief map"))
-    parts.append(_path(frame, true_xy, "line true map"))
+    several = modes is not None and len(set(modes)) > 1
+    parts.append(
+        _coloured(frame, true_xy, modes)
+        if several and modes is not None
+        else _path(frame, true_xy, "line true map")
+    )
     parts += [_start(frame, true_xy[0]), _goal(frame, goal)]
     parts.append(tag("circle", r=4, cx=-99, cy=-99, class_="ghost belief"))
     parts.append(
@@ -108,7 +119,8 @@ def floor_map(
             f"{v:.6g}" for v in (frame.low[0], frame.low[1], frame.scale, _MARGIN, frame.height)
         ),
     )
-    return f"<figure><figcaption>{_legend(plan, occupancy)}</figcaption>{picture}</figure>"
+    legend = _legend(plan, occupancy, modes if several else None)
+    return f"<figure><figcaption>{legend}</figcaption>{picture}</figure>"
 
 
 def _corners(grid: GridMap, occupancy: Occupancy | None, true_xy: Array) -> Array:
@@ -198,18 +210,39 @@ def _rectangles(cells: NDArray[np.bool_]) -> str:
     return "".join(pieces)
 
 
-def _plan(frame: _Frame, plan: Plan) -> str:
+def _plan(frame: _Frame, plan: Plan, *, width: int | None = None) -> str:
     p = frame(plan.xy_M)
     parts = []
     for t, mode in enumerate(plan.modes):
         (x1, y1), (x2, y2) = p[t], p[t + 1]
         parts.append(
-            tag("line", x1=x1, y1=y1, x2=x2, y2=y2, class_="plan", stroke=MODE_COLOURS[mode])
+            tag(
+                "line",
+                x1=x1,
+                y1=y1,
+                x2=x2,
+                y2=y2,
+                class_="plan",
+                stroke=MODE_COLOURS[mode],
+                **({} if width is None else {"style": f"stroke-width:{width}"}),
+            )
         )
     return "".join(parts)
 
 
-def _path(frame: _Frame, xy: Array, style: str) -> str:
+def _coloured(frame: _Frame, xy: Array, modes: Sequence[str]) -> str:
+    """The way gone on a dark seam, each stretch in the colour of the mode it was gone in."""
+    parts, begin = [_path(frame, xy, "line true map seam")], 0
+    for k in range(1, len(modes) + 1):
+        if k == len(modes) or modes[k] != modes[begin]:
+            stretch = xy[begin : k + 1]
+            colour = MODE_COLOURS.get(modes[begin], "#777777")
+            parts.append(_path(frame, stretch, "line map", colour=colour))
+            begin = k
+    return "".join(parts)
+
+
+def _path(frame: _Frame, xy: Array, style: str, *, colour: str | None = None) -> str:
     """The way gone, thinned to steps of about two pixels."""
     p = frame(xy[np.isfinite(xy).all(axis=1)])
     keep, last = [], np.array([np.inf, np.inf])
@@ -217,7 +250,9 @@ def _path(frame: _Frame, xy: Array, style: str) -> str:
         if k == len(p) - 1 or np.abs(point - last).max() >= 2.0:
             keep.append(point)
             last = point
-    return tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in keep), class_=style)
+    own = {} if colour is None else {"stroke": colour}
+    points = " ".join(f"{x:.1f},{y:.1f}" for x, y in keep)
+    return tag("polyline", points=points, class_=style, **own)
 
 
 def _start(frame: _Frame, xy: Array) -> str:
@@ -236,12 +271,18 @@ def _goal(frame: _Frame, xy: Array) -> str:
     return cross + ring + text(x + 13, y - 11, "goal", class_="label halo")
 
 
-def _legend(plan: Plan, occupancy: Occupancy | None) -> str:
+def _legend(plan: Plan, occupancy: Occupancy | None, modes: Sequence[str] | None) -> str:
     keys = [
         f'<span><i style="background:{MODE_COLOURS[m]}"></i>plan, {html.escape(m)}</span>'
         for m in dict.fromkeys(plan.modes)
     ]
-    keys.append('<span><i class="true"></i>true path</span>')
+    if modes is None:
+        keys.append('<span><i class="true"></i>true path</span>')
+    keys += [
+        f'<span><i style="background:{MODE_COLOURS.get(m, "#777777")};height:3px"></i>'
+        f"true path, {html.escape(m.replace('_', ' '))}</span>"
+        for m in dict.fromkeys(modes or ())
+    ]
     keys.append('<span><i class="belief"></i>believed path</span>')
     keys.append('<span><i class="blocked"></i>blocked for the robot\'s centre</span>')
     if occupancy is not None:

@@ -15,6 +15,8 @@ MODE_COLOURS: dict[str, str] = {
     Mode.STAND_UP: "#b79a1d",
     Mode.LIE_DOWN: "#6f8896",
     Mode.RECOVER: "#cf4444",
+    Mode.PUSH_UPS: "#5f6fd6",
+    Mode.STOP: "#4a4a4a",
 }
 """Colour of every mode; told apart also by those who do not see red and green alike."""
 

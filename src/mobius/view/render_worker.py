@@ -69,6 +69,7 @@ class Painter:
         *,
         boxes: NDArray[np.float64],
         caption: str = "",
+        mocap: NDArray[np.float64] | None = None,
     ) -> NDArray[np.uint8]:
         """One picture.
 
@@ -78,11 +79,14 @@ class Painter:
             boxes: (b, 19) painted boxes: centre (3), half sizes (3), rotation matrix (9),
                 red, green, blue, opacity (4).
             caption: Written in the lower left corner.
+            mocap: (c, 7) positions [m] and quaternions of the c mocap bodies.
 
         Returns:
             (height, width, 3) bytes, row 0 on top.
         """
         self._data.qpos[:] = qpos
+        if mocap is not None:
+            self._data.mocap_pos[:], self._data.mocap_quat[:] = mocap[:, :3], mocap[:, 3:]
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
@@ -145,6 +149,7 @@ def _work(folder: Path, index: int, count: int) -> None:
     job = np.load(folder / "job.npz")
     model = mujoco.MjModel.from_binary_path(str(folder / "model.mjb"))
     qpos, camera, boxes, shown = job["qpos"], job["camera"], job["boxes"], job["shown"]
+    mocap = job["mocap"]
     width, height, shadow, text_scale = (
         int(job[name]) for name in ("width", "height", "shadow", "text_scale")
     )
@@ -156,7 +161,13 @@ def _work(folder: Path, index: int, count: int) -> None:
     with open(sys.stdout.fileno(), "wb", closefd=False) as pipe:
         for k in range(index, len(qpos), count):
             caption = str(job["captions"][k]) if len(job["captions"]) else ""
-            picture = painter.draw(qpos[k], camera[k], boxes=boxes[: shown[k]], caption=caption)
+            picture = painter.draw(
+                qpos[k],
+                camera[k],
+                boxes=boxes[: shown[k]],
+                caption=caption,
+                mocap=mocap[k] if len(mocap) else None,
+            )
             pipe.write(picture.tobytes())
             pipe.flush()
     painter.close()

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from mobius.errors import InvalidInput
 from mobius.files import write_text_atomic
 from mobius.stack import RunRecord
+from mobius.types import Plan
 from mobius.view.floor_map import Occupancy, floor_map
+from mobius.view.modes import modes_section
 from mobius.view.sections import contacts, effort, estimator, velocities
 from mobius.view.svg import jpeg_data, number
 
@@ -57,6 +59,7 @@ def build_report(
     title: str | None = None,
     goal: ArrayLike | None = None,
     occupancy: Occupancy | None = None,
+    later: Sequence[Plan] = (),
     still: NDArray[np.uint8] | None = None,
     files: Sequence[str] = (),
 ) -> str:
@@ -67,6 +70,7 @@ def build_report(
         title: Heading; the map's name by default.
         goal: (2,) [m] in M; the map's goal or the plan's last cell by default.
         occupancy: Walls and obstacles, drawn beneath the planner's cells.
+        later: Plans made on the way.
         still: (h, w, 3) a picture of the robot, shown beside the figures.
         files: Names of files beside the report to link to.
 
@@ -85,6 +89,8 @@ def build_report(
         record.belief_p[:, :2],
         goal=where,
         occupancy=occupancy,
+        modes=record.modes,
+        later=later,
     )
     parts = [
         f"<h1>{html.escape(heading)}</h1>",
@@ -92,10 +98,12 @@ def build_report(
         f'<p class="verdict {"good" if good else "bad"}">{html.escape(sentence)}</p>',
         _tiles(record.summary),
         "<h2>Way</h2>",
-        "<p>The plan in the colours of its modes; on it the way the trunk really went, and"
+        "<p>The plan in the colours of its modes; on it the way the trunk really went, in"
+        " those colours too where the robot was in several, and"
         " dashed the way the robot believed. Point at a curve further down to read values"
         " there and to see the robot here at that time.</p>",
         figure,
+        modes_section(record),
         _still(still),
         velocities(record, where),
         estimator(record),

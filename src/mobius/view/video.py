@@ -45,6 +45,7 @@ def render_video(
     plan_modes: Sequence[str] | None = None,
     path_true: ArrayLike | None = None,
     captions: Sequence[str] | None = None,
+    mocap: ArrayLike | None = None,
     camera: ChaseCamera | None = None,
     oversample: float = 4 / 3,
     shadow: int = 1536,
@@ -66,6 +67,7 @@ def render_video(
         path_true: (p, 2) [m] way gone, evenly spaced over the same time as ``qpos``;
             painted as far as the robot has come.
         captions: m lines for the lower left corner.
+        mocap: (m, c, 7) poses of the scene's c mocap bodies, if any have moved.
         camera: How the camera follows.
         oversample: Drawn so many times larger, then made small, against jagged edges.
         shadow: Edge of the shadow map [px], 0 for no shadows.
@@ -88,6 +90,7 @@ def render_video(
         boxes=boxes,
         shown=shown,
         captions=_captions(captions, len(rows), source),
+        mocap=_mocap(model, mocap, len(rows), source),
         shadow=shadow,
         **_enlarged(size, oversample),
     )
@@ -141,6 +144,7 @@ def render_still(
         boxes=boxes,
         shown=shown,
         captions=np.array([caption]),
+        mocap=_mocap(model, None, 1, np.zeros(1)),
         shadow=shadow,
         **_enlarged(size, oversample),
     )
@@ -203,6 +207,17 @@ def _captions(captions: Sequence[str] | None, m: int, source: Array) -> NDArray[
     if len(captions) != m:
         raise InvalidInput(f"video: expected {m} captions, one per qpos, got {len(captions)}")
     return np.array([captions[int(at)] for at in source])
+
+
+def _mocap(model: mujoco.MjModel, mocap: ArrayLike | None, m: int, source: Array) -> Array:
+    if mocap is None:
+        return np.zeros((0, model.nmocap, 7))
+    poses = np.asarray(mocap, dtype=float)
+    if poses.shape != (m, model.nmocap, 7):
+        raise InvalidInput(
+            f"video: expected mocap ({m}, {model.nmocap}, 7), one row per qpos, got {poses.shape}"
+        )
+    return poses[source.astype(int)]
 
 
 def _paint(

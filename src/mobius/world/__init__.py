@@ -5,6 +5,7 @@
 ``mobius.world.scene`` is not imported here, so that planning needs no MuJoCo.
 """
 
+from mobius.world.change import with_obstacles as with_obstacles
 from mobius.world.grid import Disc as Disc
 from mobius.world.load import World as World
 from mobius.world.load import load_world as load_world
@@ -14,3 +15,7 @@ from mobius.world.movingai import read_movingai as read_movingai
 from mobius.world.nav2 import read_nav2 as read_nav2
 from mobius.world.nav2 import write_nav2 as write_nav2
 from mobius.world.occupancy import OccupancyMap as OccupancyMap
+from mobius.world.scenario import Scenario as Scenario
+from mobius.world.scenario import Scenery as Scenery
+from mobius.world.scenario import check_scenario as check_scenario
+from mobius.world.scenario import read_scenario as read_scenario

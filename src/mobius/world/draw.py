@@ -60,7 +60,52 @@ def arena() -> Drawing:
     return raster, {"cell": 0.5, "start": [-1.25, -0.75], "goal": [1.25, 0.75]}
 
 
-DRAWINGS: dict[str, Callable[[], Drawing]] = {"arena": arena, "demo": demo}
+def multimodal() -> Drawing:
+    """10 x 10 m that take every body: a rough passage, one past a shelf, one to roll through.
+
+    Two walls make three aisles, joined by a rough passage that only crawling takes and one
+    past a raised shelf that only walking takes; before the goal lies a strip to roll over.
+    """
+    raster = rooms(
+        "multimodal",
+        size=(10.6, 10.6),
+        floor=[(0.3, 0.3, 10.3, 10.3)],
+        furniture=[
+            (3.4, 0.3, 3.6, 6.9),
+            (3.4, 9.3, 3.6, 10.3),
+            (6.9, 3.7, 7.1, 10.3),
+            (6.9, 0.3, 7.1, 1.3),
+            (1.4, 4.3, 2.0, 4.9),
+            (4.6, 6.0, 5.4, 6.5),
+            (9.3, 4.6, 10.3, 5.0),
+        ],
+        origin=(-0.3, -0.3),
+    )
+    notes = {
+        "cell": 0.5,
+        "start": [1.25, 1.25],
+        "goal": [8.75, 9.25],
+        "shapes": [
+            _oblong((3.2, 7.8), (1.8, 2.6), "crawl"),
+            _oblong((6.7, 2.2), (1.8, 2.6), "biped"),
+            _oblong((8.4, 6.5), (3.2, 0.9), "roll"),
+        ],
+        "rough": [{"center": [3.2, 7.8], "size": [1.6, 2.4], "amplitude": 0.02, "seed": 11}],
+        "raised": [{"center": [5.2, 0.35], "size": [1.4, 0.5], "height": [0.5, 0.54]}],
+    }
+    return raster, notes
+
+
+def _oblong(center: tuple[float, float], size: tuple[float, float], mode: str) -> dict[str, Any]:
+    """A rectangular region that forces one mode."""
+    return {"type": "rectangle", "center": list(center), "size": list(size), "mode": mode}
+
+
+DRAWINGS: dict[str, Callable[[], Drawing]] = {
+    "arena": arena,
+    "demo": demo,
+    "multimodal": multimodal,
+}
 """Every shipped map by name."""
 
 

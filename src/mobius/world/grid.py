@@ -39,7 +39,7 @@ lower-left corner is tried at every offset below one cell, in steps of about a t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,6 +48,7 @@ from scipy import ndimage
 from mobius.errors import InvalidInput
 from mobius.types import ALL_MODES_BITS, GridMap
 from mobius.world.clearance import Clearance
+from mobius.world.lanes import cut, keep_lanes
 from mobius.world.occupancy import OccupancyMap
 
 Array = NDArray[np.float64]
@@ -149,6 +150,28 @@ def build_grid(
     return grid, centre_clearance
 
 
+def refit(
+    grid: GridMap, raster: OccupancyMap, clearance: Clearance, *, disc: Disc
+) -> tuple[GridMap, Array]:
+    """The same cells over a map that has changed: only what is blocked is worked out anew.
+
+    Args:
+        grid: Keeps its place, modes, start and goal.
+        raster: The changed map, in the axes of the old one.
+        clearance: Distance to what blocks the robot now.
+        disc: The robot.
+
+    Returns:
+        The grid and the clearance (nx, ny) [m] of its cells' centres.
+    """
+    low = raster.to_local(grid.origin_M[:2])
+    x, y = (low[k] + (np.arange(grid.shape[k]) + 0.5) * grid.cell for k in (0, 1))
+    ahead = clearance.ahead(grid.cell, axis=0), clearance.ahead(grid.cell, axis=1)
+    fit = _Fit(clearance, disc, grid.cell, np.array([(0.0, 0.0), raster.size]), ahead)
+    blocked, room = fit.judge(x, y)
+    return replace(grid, blocked=blocked), room
+
+
 def components(blocked: Mask) -> NDArray[np.int64]:
     """(nx, ny) number of the connected part each free cell belongs to, 0 where blocked."""
     return np.asarray(ndimage.label(~blocked)[0], dtype=np.int64)
@@ -197,14 +220,17 @@ class _Fit:
 
     def cells(self, offset: Offset) -> tuple[Mask, Array]:
         """Blocked (nx, ny) and clearance of centres (nx, ny) [m]."""
-        x, y = self.centers(offset)
+        return self.judge(*self.centers(offset))
+
+    def judge(self, x: Array, y: Array) -> tuple[Mask, Array]:
+        """The same for cells with centres at x (nx,) and y (ny,) [m]."""
         value = self.clearance.sample_grid(self.clearance.values, x, y)
         blocked = ~_enough(value, self.disc.straight)
         along_x, along_y = (self.clearance.sample_grid(t, x, y) for t in self.ahead)
         bad_x = ~_enough(along_x[:-1], self.disc.straight)
         bad_y = ~_enough(along_y[:, :-1], self.disc.straight)
-        _cut(blocked, bad_x, bad_y, value)
-        _keep_lanes(blocked, ~_enough(value, self.disc.need), value)
+        cut(blocked, bad_x, bad_y, value)
+        keep_lanes(blocked, ~_enough(value, self.disc.need), value)
         return blocked, value
 
     def score(self, offset: Offset, start: Array | None, goal: Array | None) -> tuple[int, ...]:
@@ -242,50 +268,3 @@ class _Fit:
 
 def _enough(value: Array, need: float) -> Mask:
     return (value >= need - _EPS) & (value > 0)
-
-
-def _keep_lanes(blocked: Mask, narrow: Mask, value: Array) -> None:
-    """Block narrow cells (in place) until those left can only be passed straight.
-
-    Of neighbours that fail, the one with less clearance goes first (then the smaller index).
-    """
-    if not (narrow & ~blocked).any():
-        return
-    rank = np.empty(value.shape)
-    rank.flat[np.argsort(value, axis=None, kind="stable")] = np.arange(value.size)
-    plus = ndimage.generate_binary_structure(2, 1)
-    while True:
-        free = np.pad(~blocked, 1)
-        along_x = free[:-2, 1:-1].astype(int) + free[2:, 1:-1]
-        along_y = free[1:-1, :-2].astype(int) + free[1:-1, 2:]
-        straight = (along_x - along_y == 2) | (along_y - along_x == 2)
-        fails = narrow & ~blocked & ~straight
-        if not fails.any():
-            return
-        order = np.where(fails, rank, np.inf)
-        first = ndimage.minimum_filter(order, footprint=plus, mode="constant", cval=np.inf)
-        blocked |= fails & (order == first)
-
-
-def _cut(blocked: Mask, bad_x: Mask, bad_y: Mask, value: Array) -> None:
-    """Block cells (in place) until no bad line joins two free neighbours.
-
-    ``bad_x`` (nx-1, ny) marks lines from (i, j) to (i+1, j), ``bad_y`` (nx, ny-1) to (i, j+1).
-    """
-    free = ~blocked
-    lines: dict[Cell, set[Cell]] = {}
-    for bad, step in (
-        (bad_x & free[:-1] & free[1:], (1, 0)),
-        (bad_y & free[:, :-1] & free[:, 1:], (0, 1)),
-    ):
-        for i, j in np.argwhere(bad).tolist():
-            a, b = (i, j), (i + step[0], j + step[1])
-            lines.setdefault(a, set()).add(b)
-            lines.setdefault(b, set()).add(a)
-    while lines:
-        worst = max(lines, key=lambda cell: (len(lines[cell]), -value[cell], cell))
-        blocked[worst] = True
-        for other in lines.pop(worst):
-            lines[other].discard(worst)
-            if not lines[other]:
-                del lines[other]

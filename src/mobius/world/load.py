@@ -17,6 +17,7 @@ from mobius.world.movingai import read_movingai
 from mobius.world.nav2 import read_nav2
 from mobius.world.notes import Notes
 from mobius.world.occupancy import OccupancyMap
+from mobius.world.regions import add_regions
 from mobius.world.shapes import RaisedObject, Region, RoughPatch
 
 Array = NDArray[np.float64]
@@ -68,6 +69,7 @@ def load_world(
     cell: float | None = None,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
+    regions: str | Path | None = None,
     unknown_blocks: bool = True,
     headroom: float = 0.6,
 ) -> World:
@@ -82,6 +84,7 @@ def load_world(
         cell: Edge of a cell [m]; None takes the map's own, else 0.5.
         start: (2,) [m] in M; None takes the map's own, if it has one.
         goal: (2,) [m] in M; None takes the map's own, if it has one.
+        regions: A file of more regions, see ``regions.py``.
         unknown_blocks: Whether pixels that nobody has seen count as obstacles.
         headroom: Raised objects block the floor beneath unless they start above this [m].
 
@@ -91,6 +94,8 @@ def load_world(
         UnknownName: The source is neither a file nor a shipped map.
     """
     raster, notes = _read(source, cell)
+    if regions is not None:
+        raster, notes = add_regions(raster, notes, regions)
     disc = Disc(radius, margin, lane)
     start = notes.start if start is None else start
     goal = notes.goal if goal is None else goal

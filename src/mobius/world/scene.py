@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from mobius.errors import InvalidInput
-from mobius.world.cover import Mask, cover, worth_building
-from mobius.world.grid import components
 from mobius.world.load import World
+from mobius.world.scenario import Obstacle
 from mobius.world.shapes import RaisedObject, Rectangle, RoughPatch
 from mobius.world.terrain import bumps
+from mobius.world.walls import SceneOptions as SceneOptions
+from mobius.world.walls import wall_boxes as wall_boxes
 
 Array = NDArray[np.float64]
 
@@ -26,38 +26,30 @@ _PLANE, _BOX, _HFIELD = (
 )
 _HFIELD_BASE = 0.05
 """How far a height field reaches below the floor [m]."""
-
-
-@dataclass(frozen=True)
-class SceneOptions:
-    """How a world is built. All of it collides with what the two bit masks let it."""
-
-    wall_height: float = 0.5
-    """[m]."""
-    probe: float = 0.15
-    """Walls are exact wherever a disc of this radius can roll from the robot's cells [m]."""
-    near: float = 0.15
-    """Obstacles farther than this behind a reachable surface are left out [m]."""
-    fill: float = 0.2
-    """Outside cavities, boxes may run through hidden pixels this far from an obstacle [m]."""
-    contype: int = 1
-    conaffinity: int = 1
+_NOWHERE = 20.0
+"""How deep below the floor an obstacle waits that stands nowhere [m]."""
 
 
 def build_scene(
-    world: World, robot: mujoco.MjSpec, *, options: SceneOptions | None = None
+    world: World,
+    robot: mujoco.MjSpec,
+    *,
+    options: SceneOptions | None = None,
+    obstacles: Sequence[Obstacle] = (),
 ) -> mujoco.MjSpec:
     """A robot's spec with the world around it.
 
     The robot's own options (time step, ``jacobian="dense"``, solver) stay as they are, and
     no degree of freedom is added, so its keyframes still fit. New geoms, all on the world
     body and in group 0: ``floor``, ``wall_<k>``, ``rough_<k>``, ``shelf_<k>_board``,
-    ``shelf_<k>_leg_<i>``.
+    ``shelf_<k>_leg_<i>``. Obstacles of a scenario are mocap bodies ``moving_<name>`` with a
+    geom ``wall_moving_<name>``; one that stands nowhere waits deep below the floor.
 
     Args:
         world: What to build.
         robot: The robot alone; it is copied, not changed.
         options: Wall height, precision, collision masks.
+        obstacles: Boxes that may move during the run.
 
     Raises:
         InvalidInput: The robot's spec already holds a geom named ``floor``.
@@ -80,65 +72,18 @@ def build_scene(
         _add_rough(spec, f"rough_{k}", patch, **mask)
     for k, thing in enumerate(world.raised):
         _add_shelf(body, f"shelf_{k}", thing, **mask)
+    for obstacle in obstacles:
+        _add_movable(body, obstacle, **mask)
     return spec
 
 
-def wall_boxes(world: World, *, options: SceneOptions | None = None) -> list[tuple[Rectangle, str]]:
-    """Footprints of the walls in M and the material of each: room walls, or what stands free."""
-    options = options or SceneOptions()
-    raster, grid = world.occupancy, world.grid
-    inside = np.zeros(raster.shape, dtype=bool)
-    rows, cols = raster.pixel_of(grid.center_of(_home_cells(world))).T
-    inside[rows, cols] = True
-    px = raster.resolution
-    must, may = worth_building(
-        raster.occupied,
-        inside,
-        probe=options.probe / px,
-        near=options.near / px,
-        fill=options.fill / px,
-    )
-    boxes = cover(must, may)
-    outer = _bounds_the_floor(raster.occupied, inside)
-    return [
-        (_rectangle(world, box), "world_wall" if _any(outer, box) else "world_block")
-        for box in boxes.tolist()
-    ]
-
-
-def _home_cells(world: World) -> NDArray[np.int64]:
-    """(n, 2) free cells connected to the start; without one, the largest connected part."""
-    grid = world.grid
-    part = components(grid.blocked)
-    if grid.start is not None:
-        home = part[tuple(grid.cell_of(grid.start))]
-    else:
-        home = np.argmax(np.bincount(part.ravel(), minlength=2)[1:]) + 1
-    return np.argwhere((part == home) & (part > 0))
-
-
-def _bounds_the_floor(occupied: Mask, inside: Mask) -> Mask:
-    """(h, w) obstacles, one connected part at a time, that reach beyond the free cells."""
-    if not inside.any():
-        return occupied
-    rows, cols = np.nonzero(inside)
-    among = np.zeros_like(occupied)
-    among[rows.min() : rows.max() + 1, cols.min() : cols.max() + 1] = True
-    parts, _ = ndimage.label(occupied, np.ones((3, 3)))
-    return occupied & np.isin(parts, np.unique(parts[~among]))
-
-
-def _any(mask: Mask, box: list[int]) -> bool:
-    row0, col0, row1, col1 = box
-    return bool(mask[row0:row1, col0:col1].any())
-
-
-def _rectangle(world: World, box: list[int]) -> Rectangle:
-    row0, col0, row1, col1 = box
-    px = world.occupancy.resolution
-    x, y = world.occupancy.to_map([(col0 + col1) / 2 * px, (row0 + row1) / 2 * px])
-    size = ((col1 - col0) * px, (row1 - row0) * px)
-    return Rectangle((float(x), float(y)), size, float(world.occupancy.origin_M[2]))
+def movable_pose(obstacle: Obstacle, area: Rectangle | None) -> tuple[Array, Array]:
+    """Position (3,) [m] and quaternion (4,) of the mocap body of an obstacle that stands on an
+    area, or nowhere.
+    """
+    if area is None:
+        return np.array([0.0, 0.0, -_NOWHERE]), np.array([1.0, 0.0, 0.0, 0.0])
+    return np.array([*area.center, obstacle.height / 2]), np.array(_quat(area.yaw))
 
 
 def _add_box(
@@ -154,6 +99,14 @@ def _add_box(
         quat=_quat(area.yaw),
         **geom,
     )
+
+
+def _add_movable(body: mujoco.MjsBody, obstacle: Obstacle, **geom: Any) -> None:
+    pos, quat = movable_pose(obstacle, obstacle.area)
+    box = body.add_body(name=f"moving_{obstacle.name}", mocap=True, pos=pos, quat=quat)
+    size = [obstacle.size[0] / 2, obstacle.size[1] / 2, obstacle.height / 2]
+    name = f"wall_moving_{obstacle.name}"
+    box.add_geom(name=name, type=_BOX, size=size, material="world_wood", **geom)
 
 
 def _add_rough(spec: mujoco.MjSpec, name: str, patch: RoughPatch, **geom: Any) -> None:
