@@ -6,7 +6,10 @@
 cases      20 x 20 cells, T = 15, 20, 40, axis and box, endpoint and sweep: ours, didppy, SCIP on
            the repaired Table IV; a peer that is not done by its limit shows how far it got
 printed    Table IV as printed (signs repaired) beside the paper's 10.67 s, ours alone
-large      100 x 100 cells with random blocks, T = 100, sweep, ours alone
+large      100 x 100 cells with random blocks, T = 100, sweep, then 300 x 300 and, with
+           --map-folder, real maps (plan_large.py), ours alone
+hard       saturated maps, combs, rooms and random blocks beside didppy at equal time
+           (plan_hard.py with small counts)
 agreement  ours, didppy and brute force on small maps, ours and SCIP on the printed table
            (plan_agreement.py with small counts)
 replan     10 Hz among things that move (plan_replan.py with small counts)
@@ -25,9 +28,7 @@ import json
 import os
 import platform
 import sys
-import time
 from collections.abc import Callable, Iterator
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -35,118 +36,23 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 
-from mobius.errors import MissingDependency, PlanError
+from mobius.errors import MissingDependency
 from mobius.files import write_json_atomic
-from mobius.plan import NoPlan, Problem, check, solve
-from mobius.plan.solvers import solver_of
-from plan_problems import blocks, case, printed, to_the_goal
+from plan_cases import met, ours, twelve
+from plan_problems import blocks, printed, to_the_goal
 
 Row = dict[str, Any]
 
 PAPER_SECONDS = 10.67
 """Table VI, all modes, 20 x 20, T = 20."""
-BAR_MS, LARGE_BAR_MS, REPLAN_BAR_MS = 15.0, 250.0, 50.0
-PEERS = ("didp", "scip")
-TOL = 1e-6
-"""Objectives that differ by less are equal, relative."""
-
-
-def ours(make: Callable[[], Problem], repeats: int) -> Row:
-    """From nothing to a plan, again and again; every plan is the same, one is checked."""
-    problem = make()
-    plan = solve(problem)
-    check(problem, plan)
-    seconds, cpu = [], []
-    for _ in range(repeats):
-        began, cpu_began = time.perf_counter(), time.process_time()
-        solve(make())
-        seconds.append(time.perf_counter() - began)
-        cpu.append(time.process_time() - cpu_began)
-    return {
-        "solver": "ours",
-        "status": plan.status,
-        "objective": plan.objective,
-        "bound": plan.bound,
-        "median_ms": round(1e3 * float(np.median(seconds)), 3),
-        "worst_ms": round(1e3 * max(seconds), 3),
-        "median_cpu_ms": round(1e3 * float(np.median(cpu)), 3),
-    }
-
-
-def peer(name: str, problem: Problem, limit_s: float, own: Row) -> Row:
-    """How far an independent solver gets within its limit, stating the problem included."""
-    row: Row = {"solver": name, "objective": None, "bound": None, "times_ours": None}
-    if limit_s <= 0:
-        return {**row, "status": "left out"}
-    began = time.perf_counter()
-    try:
-        plan = solver_of(name)(problem, limit_s)
-    except MissingDependency as error:
-        return {**row, "status": "missing", "note": str(error)}
-    except NoPlan:
-        status = "infeasible"
-    except PlanError as error:
-        status, row["note"] = "no plan", str(error)
-    else:
-        status, row["objective"], row["bound"] = plan.status, plan.objective, plan.bound
-    seconds = time.perf_counter() - began
-    row |= {"status": status, "seconds": round(seconds, 4)}
-    row["times_ours"] = round(1e3 * seconds / own["median_ms"], 1)
-    return row
-
-
-def agrees(own: Row, others: list[Row]) -> bool:
-    """Whether no peer has a plan better than our bound, nor a proof that ours does not meet."""
-    tol = TOL * max(1.0, abs(own["objective"]))
-    found = [r for r in others if r["objective"] is not None]
-    return all(r["objective"] <= own["bound"] + tol for r in found) and all(
-        own["objective"] <= r["bound"] + tol for r in found
-    )
+LARGE_BAR_MS, REPLAN_BAR_MS = 250.0, 50.0
+HARD_STEP = 3
+"""Every third hard map: ten of them hold every class with both countings."""
 
 
 def run_cases(args: argparse.Namespace) -> Row:
     """The twelve cases, each with its peers."""
-    print(f"\n20 x 20, reconstructed map, repaired problem; bar {BAR_MS:g} ms a case, proven")
-    print(f"{'T  steps count':20s}{'ours: median  worst    cpu, status, objective':46s}  peers")
-    rows, limits = [], {"didp": args.didp_s, "scip": args.scip_s}
-    for T, connectivity, count in product((15, 20, 40), ("axis", "box"), ("endpoint", "sweep")):
-        own = ours(lambda T=T, a=connectivity, b=count: case(T, a, b), args.repeats)  # type: ignore[misc]
-        problem = case(T, connectivity, count)
-        others = [peer(name, problem, limits[name], own) for name in PEERS]
-        row = {"T": T, "connectivity": connectivity, "count": count, "ours": own, "peers": others}
-        row["agrees"] = agrees(own, others)
-        rows.append(row)
-        first = (
-            f"{T:<3d}{connectivity:5s}{count:12s}{own['median_ms']:8.1f} {own['worst_ms']:6.1f}"
-            f" {own['median_cpu_ms']:6.1f} ms {own['status']:9s}{own['objective']:10g}"
-        )
-        print(f"{first}   {'; '.join(map(_said, others))}", flush=True)
-    met = _met([r["ours"] for r in rows], BAR_MS)
-    for note in sorted({p["note"] for r in rows for p in r["peers"] if p["status"] == "missing"}):
-        print(f"left out: {note}")
-    if not all(r["agrees"] for r in rows):
-        print("DISAGREEMENT: a peer has a better plan, or a lower bound, than ours allows")
-    return {"bar_ms": BAR_MS, **met, "rows": rows}
-
-
-def _met(rows: list[Row], bar_ms: float) -> Row:
-    """How many are proven within the bar, by wall and by processor time; prints it."""
-    proven = [r for r in rows if r["status"] == "optimal"]
-    wall, cpu = (sum(r[k] <= bar_ms for r in proven) for k in ("median_ms", "median_cpu_ms"))
-    print(f"{wall} of {len(rows)} proven within {bar_ms:g} ms (by processor time {cpu}), medians")
-    return {"met": wall, "met_cpu": cpu}
-
-
-def _said(row: Row) -> str:
-    """One peer's result in a few words."""
-    name, status = row["solver"], row["status"]
-    if status in ("missing", "left out"):
-        return f"{name} {status}"
-    sign = "" if status in ("optimal", "infeasible") else ">"
-    text = f"{name} {sign}{row['seconds']:.2f} s = {sign}{row['times_ours']:g}x, {status}"
-    if row["objective"] is None or status == "optimal":
-        return text
-    return f"{text} {row['objective']:g} of <= {row['bound']:g}"
+    return twelve({"didp": args.didp_s, "scip": args.scip_s}, args.repeats)
 
 
 def run_printed(args: argparse.Namespace) -> Row:
@@ -174,7 +80,25 @@ def run_large(args: argparse.Namespace) -> Row:
         row = ours(lambda seed=seed: blocks(seed=seed), max(1, args.repeats // 4))  # type: ignore[misc]
         rows.append({"seed": seed, **row})
         _tell(f"map {seed}", row)
-    return {"bar_ms": LARGE_BAR_MS, **_met(rows, LARGE_BAR_MS), "rows": rows}
+    result = {"bar_ms": LARGE_BAR_MS, **met(rows, LARGE_BAR_MS), "rows": rows}
+    import plan_large as other
+
+    print("\n300 x 300, T = 300; bar 3 s, gap 10 %; real maps: 2 s, 2 %")
+    print(other.head())
+    result["drawn"] = other.drawn_rows(2.5, "300")
+    if args.map_folder is not None:
+        result["real"] = other.real_rows(args.map_folder, other.FOOTPRINT_RADIUS, 2.0)
+    return result
+
+
+def run_hard(args: argparse.Namespace) -> Row:
+    """Some of plan_hard.py's maps, spread over its classes."""
+    import plan_hard as other
+
+    peer = args.didp_s > 0 and _installed("didppy")
+    print(f"\nhard maps, 5 s each{'' if peer else ', without didppy'}; bar median gap 0.5 %")
+    numbers = range(0, HARD_STEP * args.hard_maps, HARD_STEP)
+    return {"deadline_s": 5.0, "rows": other.compare(numbers, 5.0, peer=peer)}
 
 
 def _tell(name: str, r: Row) -> None:
@@ -220,6 +144,7 @@ SECTIONS: dict[str, Callable[[argparse.Namespace], Row]] = {
     "cases": run_cases,
     "printed": run_printed,
     "large": run_large,
+    "hard": run_hard,
     "agreement": run_agreement,
     "replan": run_replan,
 }
@@ -234,6 +159,8 @@ def parsed(argv: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--scip-s", type=float, default=60.0, help="SCIP's limit [s]; 0: without")
     parser.add_argument("--didp-s", type=float, default=60.0, help="didppy's; 0: without")
     parser.add_argument("--large-maps", type=int, default=5, help="maps of 100 x 100")
+    parser.add_argument("--map-folder", type=Path, help="large: folder of Nav2 yaml files")
+    parser.add_argument("--hard-maps", type=int, default=10, help="hard: maps of the family")
     parser.add_argument("--maps", type=int, default=25, help="agreement: small maps")
     parser.add_argument("--printed-maps", type=int, default=5, help="agreement: printed tables")
     parser.add_argument("--runs", type=int, default=1, help="replan: drives")
@@ -247,8 +174,10 @@ def parsed(argv: list[str] | None = None) -> argparse.Namespace:
         parser.error(f"unknown section '{unknown[0]}'; known: {', '.join(SECTIONS)}")
     if args.out is not None and args.out.is_dir():
         parser.error(f"--out: {args.out} is a folder; name a file in it")
-    if args.repeats < 1 or args.large_maps < 1 or args.runs < 1 or args.steps < 1:
-        parser.error("--repeats, --large-maps, --runs, --steps: expected a whole number >= 1")
+    counts = ("repeats", "large_maps", "hard_maps", "runs", "steps")
+    if any(getattr(args, name) < 1 for name in counts):
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in counts)
+        parser.error(f"{names}: expected a whole number >= 1")
     if not (args.scip_s >= 0 and args.didp_s >= 0):
         parser.error("--scip-s, --didp-s: expected seconds >= 0")
     return args

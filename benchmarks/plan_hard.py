@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +156,30 @@ def table(rows: list[dict[str, Any]], solvers: list[str]) -> str:
     return "\n".join(lines)
 
 
+def compare(
+    numbers: Iterable[int], deadline_s: float, *, peer: bool, out: Path | None = None
+) -> list[dict[str, Any]]:
+    """Maps of some numbers, ours and (``peer``) didppy; prints each and the table of all."""
+    solvers = {"ours": ours, "didp": solver_of("didp")} if peer else {"ours": ours}
+    rows = []
+    for n in numbers:
+        kind, problem = hard_problem(n)
+        row: dict[str, Any] = {"map": n, "class": kind, "T": problem.horizon}
+        for name, solver in solvers.items():
+            row[name] = run(problem, solver, deadline_s)
+        rows.append(row)
+        told = "; ".join(
+            f"{s} {row[s]['status']} {row[s]['objective']} of {row[s]['bound']}"
+            f" in {row[s]['wall_s']} s ({row[s].get('cpu_s')} s cpu)"
+            for s in solvers
+        )
+        print(f"map {n} {kind} T={problem.horizon}: {told}", flush=True)
+        if out:
+            write_json_atomic(out, {"deadline_s": deadline_s, "rows": rows})
+    print(table(rows, list(solvers)))
+    return rows
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--maps", type=int, default=100, help="how many")
@@ -164,23 +189,8 @@ def main() -> None:
     parser.add_argument("--no-peer", action="store_true", help="leave didppy out")
     parser.add_argument("--out", type=Path, help="file for the rows as JSON")
     args = parser.parse_args()
-    solvers = {"ours": ours} if args.no_peer else {"ours": ours, "didp": solver_of("didp")}
-    rows = []
-    for n in range(args.first, args.first + args.maps * args.step, args.step):
-        kind, problem = hard_problem(n)
-        row: dict[str, Any] = {"map": n, "class": kind, "T": problem.horizon}
-        for name, solver in solvers.items():
-            row[name] = run(problem, solver, args.deadline)
-        rows.append(row)
-        told = "; ".join(
-            f"{s} {row[s]['status']} {row[s]['objective']} of {row[s]['bound']}"
-            f" in {row[s]['wall_s']} s ({row[s].get('cpu_s')} s cpu)"
-            for s in solvers
-        )
-        print(f"map {n} {kind} T={problem.horizon}: {told}", flush=True)
-        if args.out:
-            write_json_atomic(args.out, {"deadline_s": args.deadline, "rows": rows})
-    print(table(rows, list(solvers)))
+    numbers = range(args.first, args.first + args.maps * args.step, args.step)
+    compare(numbers, args.deadline, peer=not args.no_peer, out=args.out)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ from mobius.world import load_world, map_names
 
 Blocked = NDArray[np.bool_]
 Cell = tuple[int, int]
+Tell = Callable[[dict[str, Any]], object]
 
 
 def blocks(n: int, number: int, seed: int = 0) -> Blocked:
@@ -151,6 +152,39 @@ def show(row: dict[str, Any]) -> None:
     )
 
 
+def drawn_rows(deadline: float, only: str = "", tell: Tell = show) -> list[dict[str, Any]]:
+    """The drawn maps whose name holds a word, each told as it is done."""
+    rows = []
+    for name, blocked, T, options in drawn():
+        if only in name:
+            began = time.perf_counter()
+            problem = on_array(name, blocked, T, **options)
+            rows.append(measure(name, problem, deadline, time.perf_counter() - began))
+            tell(rows[-1])
+    return rows
+
+
+def real_rows(
+    folder: Path | None, radius: float, deadline: float, only: str = "", tell: Tell = show
+) -> list[dict[str, Any]]:
+    """The Nav2 maps of a folder (``None``: the shipped ones), each told as it is done."""
+    sources = map_names() if folder is None else sorted(str(p) for p in folder.glob("*.yaml"))
+    rows = []
+    for name, problem in real(sources, radius):
+        if only in name:
+            rows.append(measure(name, problem, deadline))
+            tell(rows[-1])
+    return rows
+
+
+def head() -> str:
+    """The line above the table."""
+    return (
+        f"{'case':44s} {'cells':>6s} {'T':>4s} {'wall':>9s} {'CPU':>9s} {'objective':>9s}"
+        f" {'bound':>9s} {'gap':>7s} status"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--deadline", type=float, default=2.5, help="for the 300 x 300 maps [s]")
@@ -160,29 +194,13 @@ def main() -> None:
     parser.add_argument("--only", default="", help="cases whose name holds this word")
     parser.add_argument("--json", action="store_true", help="print one JSON list only")
     args = parser.parse_args()
-    rows = []
-    if not args.json:
-        print(
-            f"{'case':44s} {'cells':>6s} {'T':>4s} {'wall':>9s} {'CPU':>9s} {'objective':>9s}"
-            f" {'bound':>9s} {'gap':>7s} status"
-        )
-
-    def run(name: str, problem: Problem, deadline: float, built_s: float) -> None:
-        rows.append(measure(name, problem, deadline, built_s))
-        if not args.json:
-            show(rows[-1])
-
-    for name, blocked, T, options in drawn():
-        if args.only in name:
-            began = time.perf_counter()
-            problem = on_array(name, blocked, T, **options)
-            run(name, problem, args.deadline, time.perf_counter() - began)
-    sources = map_names()
-    if args.maps is not None:
-        sources = sorted(str(path) for path in args.maps.glob("*.yaml"))
-    for name, problem in real(sources, args.radius):
-        if args.only in name:
-            run(name, problem, args.map_deadline, 0.0)
+    tell: Tell = show
+    if args.json:
+        tell = list[dict[str, Any]]().append  # nobody is told
+    else:
+        print(head())
+    rows = drawn_rows(args.deadline, args.only, tell)
+    rows += real_rows(args.maps, args.radius, args.map_deadline, args.only, tell)
     if args.json:
         print(json.dumps(rows, indent=1))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput, MapError, MobiusError, PlanError
-from mobius.plan import NoPlan, Problem, Weights, build_problem, solve
+from mobius.plan import NoPlan, Planner, Problem, Weights, build_problem, solve
 from mobius.types import GridMap
 
 NAN, INF = float("nan"), float("inf")
@@ -185,3 +185,26 @@ def test_no_modes_at_all_are_told_as_such(picture):
     assert "no modes to plan with" in message(
         PlanError, lambda: build_problem(picture("S.G"), modes=())
     )
+
+
+@pytest.mark.parametrize("deadline", [NAN, -1.0, -INF, "soon"])
+def test_a_deadline_that_is_no_time_is_refused(picture, deadline):
+    problem = build_problem(picture("S...G"), horizon=4)
+    planner = Planner(problem)
+    before = planner.plan(None)
+    for work in (lambda: solve(problem, deadline_s=deadline), lambda: planner.plan(deadline)):
+        text = message(InvalidInput, work)
+        assert text == (
+            f"deadline_s: expected seconds >= 0, or None for no deadline, got {deadline}"
+        )
+    assert planner.plan(0).objective == before.objective
+
+
+def test_a_deadline_that_never_comes_is_none():
+    """A problem that goes through every search: an infinite time left once overflowed there."""
+    blocked = np.zeros((7, 7), dtype=bool)
+    blocked[[1, 3, 4], [2, 3, 0]] = True
+    problem = Problem(grid_of(blocked), (0, 0), (0, 0), 24, must_reach=True)
+    ever, none = (solve(problem, deadline_s=s, max_states=20_000) for s in (INF, None))
+    assert ever.cells.tolist() == none.cells.tolist()
+    assert (ever.objective, ever.bound) == (none.objective, none.bound)

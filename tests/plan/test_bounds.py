@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mobius.plan import Problem, Weights, build_problem, solve
+from mobius.plan import Problem, Weights, bounds, build_problem, solve
 from mobius.plan.bounds import (
     UNREACHED,
     build_arcs,
@@ -40,6 +40,21 @@ def test_the_table_of_a_corridor_by_hand(picture):
     assert U[0, cells].tolist() == [-160, -60, 0, 20]
     assert U[1, cells].tolist() == [39, 59, 39, 19]
     assert U[2, cells[0]] == 78
+
+
+def test_a_table_made_layer_by_layer_is_that_made_step_by_step(
+    rng, random_problem, dressed, monkeypatch
+):
+    for n in range(60):
+        p = replace(dressed(rng, random_problem(rng)), horizon=n % 7)
+        arcs = build_arcs(p)
+        at_once = dp_bound(p, arcs)
+        with monkeypatch.context() as m:
+            m.setattr(bounds, "SMALL", 0)
+            assert np.array_equal(dp_bound(p, arcs), at_once)
+            near = dp_bound(p, arcs, window=True)
+        start = arcs.flat(p.start)
+        assert near[p.horizon, start] == at_once[p.horizon, start]
 
 
 def test_the_search_and_the_checker_agree_on_every_step(rng, random_problem):

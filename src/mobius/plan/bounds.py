@@ -41,6 +41,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+SMALL = 2048
+"""Padded cells up to which taking all steps at once is faster than one after the other."""
 UNREACHED = np.iinfo(np.int64).max // 4
 
 
@@ -104,6 +106,8 @@ def dp_bound(
     gains = Gains(problem, arcs, problem.weights.W_exp if W_exp is None else W_exp)
     N, lo, hi = arcs.valid.shape[1], arcs.lo, arcs.hi
     stop = gains.stop if stop is None else stop
+    if N <= SMALL and problem.closed is None:
+        return _gathered(problem, arcs, gains, stop)
     U = np.full((problem.horizon + 1, N), -np.inf)
     U[0] = stop
     scratch = np.empty(hi - lo)
@@ -111,16 +115,37 @@ def dp_bound(
     for k in range(1, problem.horizon + 1):
         reach = farthest * (problem.horizon - k) if window else len(stop)
         i, j = max(lo, here - reach), min(hi, here + reach + 1)
-        best, candidate = U[k, i:j], scratch[: j - i]
+        best, before, candidate = U[k, i:j], U[k - 1], scratch[: j - i]
         if problem.early_stop:
             best[:] = stop[i:j]
         occupied = closed_cells(problem, arcs, k)
         for (_, o, touch), gain in gains.of(k).items():
-            np.add(gain[i - lo : j - lo], U[k - 1, i + o : j + o], out=candidate)
+            np.add(gain[i - lo : j - lo], before[i + o : j + o], out=candidate)
             if occupied is not None:
                 for s in touch:
                     candidate[occupied[i + s : j + s]] = -np.inf
             np.maximum(best, candidate, out=best)
+    return U
+
+
+def _gathered(problem: Problem, arcs: Arcs, gains: Gains, stop: Array) -> Array:
+    """:func:`dp_bound` of a small map on which nothing moves: all steps of a layer at once."""
+    cells = np.flatnonzero(arcs.free)
+    U = np.full((problem.horizon + 1, len(stop)), -np.inf)
+    U[0] = stop
+    ways: dict[Way, Array] | None = None
+    gain: Array = np.empty(0)
+    to: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+    for k in range(1, problem.horizon + 1):
+        if gains.of(k) is not ways:
+            ways = gains.of(k)
+            rows = [row[cells - arcs.lo] for row in ways.values()]
+            gain = np.array(rows).reshape(-1, len(cells))
+            to = cells + np.array([o for _, o, _ in ways], dtype=np.int64)[:, None]
+        best = gain + U[k - 1].take(to, mode="clip")
+        U[k, cells] = best.max(axis=0, initial=-np.inf)
+        if problem.early_stop:
+            np.maximum(U[k], stop, out=U[k])
     return U
 
 

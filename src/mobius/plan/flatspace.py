@@ -61,12 +61,12 @@ class FlatSpace:
         self.cells = np.array(cells, dtype=np.int64)
         """(n,) flat index of each cell in the frame of :class:`mobius.plan.bounds.Arcs`."""
         number = {f: c for c, f in enumerate(cells)}
-        steps = [[s for s in space.successors(f) if s.to in number] for f in cells]
+        steps = [[s for s in space.successors(f) if s[1] in number] for f in cells]
         counted = 0
         for f, row in zip(cells, steps, strict=True):
             counted |= 1 << f
-            for s in row:
-                counted |= s.seen
+            for _, _, seen, *_ in row:
+                counted |= seen
         paying = [f for f in _members(counted) if space.arcs.pays[f]]
         bit = {f: b for b, f in enumerate(paying)}
         self.none = len(paying)
@@ -85,7 +85,7 @@ class FlatSpace:
         self.around = np.stack([self._bits_of(row[row >= 0]) for row in self.to])
         """(n, words) bits of the cells that one step can land on."""
         self.beside, self.walls = self._beside(bit)
-        self.touch = [[s.touch for s in row] for row in steps]
+        self.touch = [[touch for *_, touch, _ in row] for row in steps]
         self._rows: dict[int, Floats] = {}
         self._open: dict[int, NDArray[np.bool_]] = {}
 
@@ -110,10 +110,10 @@ class FlatSpace:
         for _ in range(space.T):
             front, new = new, []
             for f in front:
-                for s in space.successors(f):
-                    if s.to not in known:
-                        known.add(s.to)
-                        new.append(s.to)
+                for _, to, *_ in space.successors(f):
+                    if to not in known:
+                        known.add(to)
+                        new.append(to)
             cells += new
             if len(cells) > MAX_CELLS:
                 return None
@@ -124,7 +124,7 @@ class FlatSpace:
     ) -> None:
         """The arrays of the steps."""
         n, A = len(steps), max(1, max(len(row) for row in steps))
-        seen = [[[bit[f] for f in _members(s.seen) if f in bit] for s in row] for row in steps]
+        seen = [[[bit[f] for f in _members(s[2]) if f in bit] for s in row] for row in steps]
         S = max((len(c) for row in seen for c in row), default=1)
         self.to = np.full((n, A), -1, dtype=np.int64)
         """(n, A) landing, -1 where there is no step."""
@@ -135,8 +135,8 @@ class FlatSpace:
         self.seen = np.full((n, A, max(1, S)), self.none, dtype=np.int64)
         """(n, A, S) bits that the step counts."""
         for c, row in enumerate(steps):
-            for a, s in enumerate(row):
-                self.to[c, a], self.action[c, a], self.cost[c, a] = number[s.to], s.action, s.cost
+            for a, (action, to, _, cost, _, _) in enumerate(row):
+                self.to[c, a], self.action[c, a], self.cost[c, a] = number[to], action, cost
                 self.seen[c, a, : len(seen[c][a])] = seen[c][a]
 
     def set_of(self, bits: list[int]) -> Bits:

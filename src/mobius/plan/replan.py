@@ -89,10 +89,11 @@ class Planner:
         self.problem = replace(old, **change)
 
     def plan(self, deadline_s: float | None = 0.1, *, max_states: int = MAX_STATES) -> Plan:
-        """The best plan by the deadline, with an honest bound.
+        """The best plan by the deadline [s] (``None`` or inf: none), with an honest bound.
 
         Raises:
             NoPlan: There is none; the last plan is forgotten.
+            InvalidInput: The deadline is negative or no number; the last plan is kept.
         """
         try:
             self._last = solve(

@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mobius.errors import InvalidInput
 from mobius.plan.space import Space as Space
 from mobius.plan.space import Successor as Successor
 
-__all__ = ["Budget", "Found", "Space", "beam", "greedy"]
+__all__ = ["Budget", "Found", "Space", "beam", "checked_deadline", "greedy"]
 
 Link = tuple["Link | None", int, int]
 """(link of the previous cell, flat cell, action that led here or -1)."""
@@ -45,6 +46,25 @@ class Budget:
         return self.left > 0 and (self._end is None or time.perf_counter() < self._end)
 
 
+def checked_deadline(deadline_s: float | None) -> float | None:
+    """A deadline [s] as it was given; ``None`` for one that never comes.
+
+    Raises:
+        InvalidInput: It is no time that can be waited for.
+    """
+    if deadline_s is None:
+        return None
+    try:
+        seconds = float(deadline_s)
+    except (TypeError, ValueError):
+        seconds = float("nan")
+    if not seconds >= 0:
+        raise InvalidInput(
+            f"deadline_s: expected seconds >= 0, or None for no deadline, got {deadline_s}"
+        )
+    return seconds if seconds < float("inf") else None
+
+
 def path_of(link: Link | None) -> tuple[list[int], list[int]]:
     """Flat cells and actions of a linked path, from the start on."""
     cells: list[int] = []
@@ -67,16 +87,19 @@ def greedy(space: Space, budget: Budget) -> Found:
 
     def tight(k: int, cell: int, visited: int, score: float, last: int) -> Iterator[tuple]:
         fits = []
-        extra = space.extra(last)
-        for step in space.open_steps(k, cell):
-            now = visited | step.seen
-            value = score + space.W * (now ^ visited).bit_count() - step.cost
+        extra, rows = space.extra(last), space.rows(k - 1)
+        for action, to, seen, cost, _, most in space.open_steps(k, cell):
+            mode = mode_of[action]
+            if score + most + rows[mode][to] < aim:
+                continue  # not even if all it sees were new
+            now = visited | seen
+            value = score + space.W * (now ^ visited).bit_count() - cost
             if extra is not None:
-                value -= extra[step.action]
-            if completed(k - 1, step.to, now, value, mode_of[step.action]) >= aim:
-                fits.append((step, now, value))
-        fits.sort(key=lambda f: (space.turns(last, f[0].action), space.length[f[0].action]))
-        return iter([(step.to, now, value, step.action) for step, now, value in fits])
+                value -= extra[action]
+            if completed(k - 1, to, now, value, mode) >= aim:
+                fits.append((to, now, value, action))
+        fits.sort(key=lambda f: (space.turns(last, f[3]), space.length[f[3]]))
+        return iter(fits)
 
     link: Link = (None, space.start, -1)
     begin = space.before
@@ -141,15 +164,15 @@ def beam(space: Space, width: int, best: Found, budget: Budget) -> tuple[Found, 
 def _expand(space: Space, k: int, state: State, beat: float, pool: Pool) -> int:
     """Put the successors that may still beat ``beat`` into the pool; how many there were."""
     _, _, _, minus_score, cell, visited, link = state
-    row, W, last = space.row(k - 1), space.W, link[2]
+    rows, W, last = space.rows(k - 1), space.W, link[2]
     completed: Callable[..., float] = space.completed
     extra, mode_of = space.extra(last), space.mode_of
     steps = space.open_steps(k, cell)
     made = 0
-    for action, to, seen, cost, _ in steps:
+    for action, to, seen, cost, _, most in steps:
         made += 1
-        if row[to] == -np.inf:
-            continue
+        if rows[mode_of[action]][to] + most - minus_score <= beat:
+            continue  # not even if all it sees were new
         now = visited | seen
         score = -minus_score + W * (now ^ visited).bit_count() - cost
         if extra is not None:

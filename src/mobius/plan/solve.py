@@ -29,7 +29,16 @@ from mobius.plan.flatspace import FlatSpace
 from mobius.plan.large import LONG, is_large, polish, solve_large
 from mobius.plan.problem import Problem
 from mobius.plan.progress import OnProgress, Teller
-from mobius.plan.search import Budget, Found, Link, Space, beam, greedy, path_of
+from mobius.plan.search import (
+    Budget,
+    Found,
+    Link,
+    Space,
+    beam,
+    checked_deadline,
+    greedy,
+    path_of,
+)
 from mobius.plan.stretches import known_way
 from mobius.plan.sure import with_points, without_sure_cells
 from mobius.types import Plan
@@ -39,7 +48,7 @@ __all__ = ["solve"]
 MAX_STATES = 150_000
 """Default budget in search states, well under a second on a laptop core."""
 
-GREEDY_STATES_PER_STEP = 10
+GREEDY_STATES_PER_STEP = 4
 """Budget of the first search, per step of the horizon."""
 
 TIGHT_WIDTHS = (8, 32)
@@ -71,8 +80,8 @@ def solve(
 
     Args:
         problem: From :func:`mobius.plan.build_problem`.
-        deadline_s: Wall time [s], the bound table included; ``None`` for none. The table and a
-            first plan are made in any case, however short it is.
+        deadline_s: Wall time [s] >= 0, the bound table included; ``None`` or inf for none. The
+            table and a first plan are made in any case, however short it is.
         max_states: States the search may generate; ten states of an array count as one.
         raise_infeasible: If false, a problem without a plan gives an empty plan of status
             "infeasible" (objective and bound -inf) instead of an error.
@@ -86,7 +95,9 @@ def solve(
     Raises:
         NoPlan: There is none; says whether area, horizon or modes stand in the way.
         PlanError: ``incumbent`` breaks a rule of the problem.
+        InvalidInput: ``deadline_s`` is negative or no number.
     """
+    deadline_s = checked_deadline(deadline_s)
     if incumbent is not None:
         check(problem, incumbent)
     rest, points = without_sure_cells(problem)

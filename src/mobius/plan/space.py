@@ -8,9 +8,7 @@ operations.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,21 +22,11 @@ from mobius.plan.bounds import (
     terminal_value,
 )
 from mobius.plan.problem import Problem
+from mobius.plan.steps import Steps
+from mobius.plan.steps import Successor as Successor
 from mobius.types import Mode
 
 __all__ = ["Space", "Successor"]
-
-
-class Successor(NamedTuple):
-    """One step from a known cell."""
-
-    action: int
-    to: int
-    seen: int
-    """Bits counted by the step: what the departure and the places crossed see."""
-    cost: float
-    touch: int
-    """Bits of the cells that must be open while the step is made."""
 
 
 class Space:
@@ -69,8 +57,6 @@ class Space:
         self.length = [math.hypot(dx, dy) for dx, dy in steps]
         """Length of each action [cells]."""
         self._end: list[float] = (terminal_value(problem, arcs) if end is None else end).tolist()
-        self._next: dict[int, tuple[Successor, ...]] = {}
-        self._around: dict[int, int] = {}
         self._pays: list[bool] = arcs.pays.tolist()
         self._closed = [self._bits(closed_cells(problem, arcs, k)) for k in range(self.T + 1)]
         self.before = self._bits(arcs.free & ~arcs.pays)
@@ -84,6 +70,18 @@ class Space:
             self._price_switches()
         if arcs.sight is not None:
             self._look_round()
+        steps_by_cell = Steps(
+            arcs,
+            self.mode_of,
+            self.W,
+            None if arcs.sight is None else self.look,
+            swept=problem.check == "swept",
+            moving=any(self._closed),
+        )
+        self.successors = steps_by_cell.of
+        """Steps from a cell; of steps alike in all but cost only the cheapest."""
+        self.neighbours = steps_by_cell.landings
+        """Bits of the cells one step from a cell can land on."""
         self.tol = 1e-9 * max(1.0, abs(self.root))
 
     def _price_switches(self) -> None:
@@ -119,6 +117,10 @@ class Space:
             row = self._rows[mode][k] = self._tables[mode][k].tolist()
         return row
 
+    def rows(self, k: int) -> list[list[float]]:
+        """:meth:`row` of every mode that matters."""
+        return [self._rows[m][k] or self.row(k, m) for m in range(len(self._rows))]
+
     def extra(self, last: int) -> list[float] | None:
         """Points that each action costs on top after the action ``last`` (-1: at the start)."""
         return None if self._extra is None else self._extra[self.mode_of[last]]
@@ -143,31 +145,11 @@ class Space:
         packed = np.packbits(cells, bitorder="little")
         return int.from_bytes(packed.tobytes(), "little")
 
-    def open_steps(self, k: int, cell: int) -> Iterable[Successor]:
+    def open_steps(self, k: int, cell: int) -> list[Successor]:
         """Steps from a cell with k steps to go."""
         closed = self._closed[k]
         steps = self.successors(cell)
-        return steps if not closed else [s for s in steps if not s.touch & closed]
-
-    def successors(self, cell: int) -> tuple[Successor, ...]:
-        """Steps from a cell; of steps alike in all but cost only the cheapest."""
-        if cell not in self._next:
-            arcs, best = self.arcs, dict[tuple[int, int, int], Successor]()
-            for a in np.flatnonzero(arcs.valid[:, cell]).tolist():
-                seen = self.look(cell)
-                for o in arcs.seen[a]:
-                    if arcs.free[cell + o]:
-                        seen |= self.look(cell + o)
-                touch = 0
-                for o in arcs.touch[a]:
-                    touch |= 1 << (cell + o)
-                step = Successor(a, cell + arcs.offset[a], seen, float(arcs.cost[a, cell]), touch)
-                alike = (step.to, seen, self.mode_of[a])
-                old = best.get(alike)
-                if old is None or step.cost < old.cost:
-                    best[alike] = step
-            self._next[cell] = tuple(best.values())
-        return self._next[cell]
+        return steps if not closed else [s for s in steps if not s[4] & closed]
 
     def action(self, cell: int, to: int, mode: Mode) -> int:
         """The action of that mode from a cell to another."""
@@ -176,15 +158,6 @@ class Space:
             for a in np.flatnonzero(self.arcs.valid[:, cell]).tolist()
             if cell + self.arcs.offset[a] == to and self.problem.actions[a].mode is mode
         )
-
-    def neighbours(self, cell: int) -> int:
-        """Bits of the cells one step can land on."""
-        if cell not in self._around:
-            bits = 0
-            for step in self.successors(cell):
-                bits |= 1 << step.to
-            self._around[cell] = bits
-        return self._around[cell]
 
     def turns(self, last: int, action: int) -> bool:
         """Whether an action changes the direction of the one before (-1: none before)."""
