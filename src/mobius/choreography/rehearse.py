@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mobius.assemble import variation_of
 from mobius.evaluate.trial_start import draw_start
@@ -76,7 +77,7 @@ def rehearse(motion: Motion, keyframe_name: str, seed: int) -> Rehearsal:
     last = robot.truth()
     wanted = keyframe("stand" if motion.end is Posture.STANDING else "crawl")[0][:7]
 
-    def heading(q: object, posture: Posture) -> float:
+    def heading(q: ArrayLike, posture: Posture) -> float:
         return float(heading_yaw("biped" if posture is Posture.STANDING else "crawl", q))
 
     turned = abs(wrap_angle(heading(last.q_OB, motion.end) - heading(first.q_OB, motion.start)))

@@ -116,8 +116,8 @@ def body_joints(
         )
         if not np.isfinite(angles).all():
             raise InvalidInput(
-                f"{limb}: expected a place within reach, got {np.round(place, 3).tolist()} m for a"
-                f" trunk at {np.round(p, 3).tolist()} m"
+                f"{limb}: expected a place within reach, got {np.round(np.asarray(place, dtype=float), 3).tolist()} m"
+                f" for a trunk at {np.round(p, 3).tolist()} m"
             )
         q[LIMB_JOINTS[limb]] = angles
     return q
