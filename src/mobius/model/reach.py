@@ -115,9 +115,10 @@ def body_joints(
             else leg_joints(limb, R_MB, p, place)
         )
         if not np.isfinite(angles).all():
+            at = np.round(np.asarray(place, dtype=float), 3).tolist()
             raise InvalidInput(
-                f"{limb}: expected a place within reach, got {np.round(np.asarray(place, dtype=float), 3).tolist()} m"
-                f" for a trunk at {np.round(p, 3).tolist()} m"
+                f"{limb}: expected a place within reach, got {at} m for a trunk at"
+                f" {np.round(p, 3).tolist()} m"
             )
         q[LIMB_JOINTS[limb]] = angles
     return q
