@@ -152,7 +152,7 @@ def test_the_machine_hears_that_a_motion_is_done_and_the_estimator_whom_to_trust
     turn(stack, Mode.CRAWL, 0.1)
     assert stack.machine.mode is Mode.CRAWL
     assert belief.told == [
-        dict(vio=False, legs=False, ground=False),
+        dict(vio=True, legs=True, ground=False),  # level still: it has not gone over
         dict(vio=True, legs=True, ground=True),
     ]
 
