@@ -9,6 +9,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mobius.choreography import rear, tumble
 from mobius.errors import InvalidInput, UnknownName
 from mobius.modes.motions import Motion
@@ -99,6 +101,9 @@ def _stage(stage: Any) -> dict[str, Any]:
         entry["timeout"] = stage.timeout
     if stage.feedback:
         entry["feedback"] = [[f.joint, f.k_p, f.k_d, f.pitch] for f in stage.feedback]
+    if stage.window is not None:
+        w = stage.window
+        entry["window"] = {k: v for k, v in vars(w).items() if np.isfinite(v)}
     if stage.pitch:
         entry["pitch"] = [round(p, 6) for p in stage.pitch]
     return entry

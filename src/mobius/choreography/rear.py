@@ -8,6 +8,7 @@ the feet, and only then the hands let go.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from mobius.choreography.keys import sampled, within_limits
 from mobius.model.dimensions import HIP_X
 from mobius.model.reach import body_joints, nose_up
 from mobius.model.robot import keyframe_joints
-from mobius.modes.motions import Feedback, Motion, Stage
+from mobius.modes.motions import Feedback, Motion, Stage, Window
 from mobius.modes.posture import Posture
 
 Array = NDArray[np.float64]
@@ -32,6 +33,13 @@ STAND_HEIGHT = 0.474
 """Trunk of the stand [m]."""
 MIRROR = np.array([1.0, -1.0, 1.0])
 UPRIGHT = -0.5 * np.pi
+ON_FOUR = Window(pitch=0.0, within=0.6, lean=0.5)
+"""Guard of the stages on all limbs: the trunk stays within 34 deg of level."""
+BETWEEN = Window(pitch=-0.6, within=1.2, lean=0.5)
+"""Of rearing up and coming down on the hands."""
+ON_FEET = Window(pitch=-1.2, within=1.0, lean=0.5)
+"""Of rising and bowing: no nearer to level than 11 deg, no further back than 36 deg past upright.
+A trunk that leaves it falls, and the motion hands over to the recovery."""
 
 NUMBERS: dict[str, tuple[float, float, float]] = {
     "foot_x": (-0.21, -0.08, 0.02),
@@ -143,24 +151,25 @@ def feet_under(n: Numbers) -> tuple[Stage, ...]:
     """Crawl stance to a crouch with both feet under the hips."""
     way = _Way(n)
     return (
-        along(sampled(way.shifted, 4), 0.4),
-        along(sampled(way.left_steps, 6), 0.5),
-        along(sampled(way.shifted_over, 4), 0.4),
-        along(sampled(way.right_steps, 6), 0.5),
+        along(sampled(way.shifted, 4), 0.4, window=ON_FOUR),
+        along(sampled(way.left_steps, 6), 0.5, window=ON_FOUR),
+        along(sampled(way.shifted_over, 4), 0.4, window=ON_FOUR),
+        along(sampled(way.right_steps, 6), 0.5, window=ON_FOUR),
     )
 
 
 def rear_up(n: Numbers) -> Stage:
     """The crouch to a rear from which it can fall neither forward nor back."""
-    return along(sampled(_Way(n).reared, 8), n["rear_s"])
+    return along(sampled(_Way(n).reared, 8), n["rear_s"], window=BETWEEN)
 
 
 def rise(n: Numbers) -> tuple[Stage, ...]:
     """The rear to the stand, ankles on the trunk's pitch."""
     way = _Way(n)
     pitch = _pitches(-way.rear_angle, UPRIGHT, 8)
-    up = along(sampled(way.risen, 8), n["rise_s"], feedback=way.ankles(), pitch=pitch)
-    return up, Stage(way.stand[1], 0.3, hold=0.1, feedback=way.ankles())
+    more: dict[str, Any] = {"feedback": way.ankles(), "window": ON_FEET}
+    up = along(sampled(way.risen, 8), n["rise_s"], pitch=pitch, **more)
+    return up, Stage(way.stand[1], 0.3, hold=0.1, **more)
 
 
 def crawl_to_stand(n: Numbers) -> Motion:
@@ -183,13 +192,14 @@ def stand_to_crawl(n: Numbers) -> Motion:
         1.2,
         feedback=way.ankles(),
         pitch=pitch,
+        window=ON_FEET,
     )
     stages = (
         bow,
-        along(back(way.reared, 8), 1.0),
-        along(back(way.right_steps, 6), 0.5),
-        along(back(way.shifted_over, 4), 0.4),
-        along(back(way.left_steps, 6), 0.5),
-        Stage(keyframe_joints("crawl")[1], 0.4, hold=0.3),
+        along(back(way.reared, 8), 1.0, window=BETWEEN),
+        along(back(way.right_steps, 6), 0.5, window=ON_FOUR),
+        along(back(way.shifted_over, 4), 0.4, window=ON_FOUR),
+        along(back(way.left_steps, 6), 0.5, window=ON_FOUR),
+        Stage(keyframe_joints("crawl")[1], 0.4, hold=0.3, window=ON_FOUR),
     )
     return Motion("stand_to_crawl", Posture.STANDING, Posture.CRAWLING, stages)

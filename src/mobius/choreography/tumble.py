@@ -26,13 +26,16 @@ from mobius.choreography.rear import (
 from mobius.choreography.rear import NUMBERS as REAR_NUMBERS
 from mobius.model.reach import body_joints
 from mobius.model.robot import keyframe_joints
-from mobius.modes.motions import Motion, Stage, Until
+from mobius.modes.motions import Motion, Stage, Until, Window
 from mobius.modes.posture import Posture
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 Range = tuple[float, float, float]
 
+STRAIGHT = Window(lean=0.9)
+"""Guard of everything that turns over: a trunk that leans sideways by more than 52 deg has left
+the rails."""
 TURN = 100.0
 """A condition on the pitch holds for this much of the turn after it [deg]: the trunk passes that
 in 0.1 s and more."""
@@ -92,7 +95,8 @@ def _into_stance() -> Stage:
 def roll(n: Numbers) -> Motion:
     """Fig. 13 C: a full turn backward, from the crawl stance to the crawl stance."""
     turn = [
-        Stage(_pose(n, k), n[f"d{k}"], until=turned_back(n[f"a{k}"]), timeout=0.5) for k in range(3)
+        Stage(_pose(n, k), n[f"d{k}"], until=turned_back(n[f"a{k}"]), timeout=0.5, window=STRAIGHT)
+        for k in range(3)
     ]
     land = Stage(_pose(n, 3), n["d3"], hold=n["h"])
     stages = (*feet_under(n), rear_up(n), *turn, land, _into_stance())
@@ -106,7 +110,7 @@ def _spread() -> Stage:
 
 def _over(n: Numbers) -> tuple[Stage, ...]:
     """From a headstand on arms and rails over to the belly."""
-    over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=1.6)
+    over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=1.6, window=STRAIGHT)
     return over, Stage(_pose(n, 3), n["d3"], hold=n["h"])
 
 
@@ -115,7 +119,7 @@ def _from_back(n: Numbers) -> tuple[Stage, ...]:
     return (
         _spread(),
         Stage(_pose(n, 0), n["d0"], hold=n["h0"]),
-        Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=1.2),
+        Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=1.2, window=STRAIGHT),
         *_over(n),
     )
 
@@ -141,6 +145,8 @@ def head_recovery(n: Numbers) -> Motion:
 
 LOW_HEIGHT = 0.20
 """Trunk lying on its shoulders and hips, a little raised [m]."""
+BELLY_DOWN = Window(pitch=0.0, within=1.0, lean=0.8)
+"""Guard of pushing up: it lies on its belly, however askew."""
 WIDE_HAND, WIDE_FOOT = np.array([0.33, 0.33, 0.0]), np.array([-0.27, 0.32, 0.0])
 """Where hand and foot come down beside the lying trunk [m]."""
 
@@ -157,8 +163,8 @@ def prone_to_crawl() -> Motion:
         )
 
     stages = (
-        Stage(within_limits(up(0.0)), 0.8, hold=0.1),
-        along(sampled(up, 6), 1.0),
-        Stage(keyframe_joints("crawl")[1], 0.2, hold=0.3),
+        Stage(within_limits(up(0.0)), 0.8, hold=0.1, window=BELLY_DOWN),
+        along(sampled(up, 6), 1.0, window=BELLY_DOWN),
+        Stage(keyframe_joints("crawl")[1], 0.2, hold=0.3, window=BELLY_DOWN),
     )
     return Motion("prone_to_crawl", Posture.PRONE, Posture.CRAWLING, stages)
