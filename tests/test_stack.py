@@ -7,7 +7,7 @@ from mobius.errors import InvalidInput
 from mobius.model.robot import keyframe_joints
 from mobius.modes import ModeMachine
 from mobius.robot import GhostRobot
-from mobius.stack import Stack
+from mobius.stack import ACT_EVERY, Stack
 from mobius.types import JointCommand, Mode, ModeCommand, StateEstimate
 
 STANCE, _ = keyframe_joints("crawl")
@@ -167,6 +167,25 @@ def test_an_emergency_stop_makes_the_servos_soft_then_holds():
     assert sample.command.mode is Mode.STOP
     np.testing.assert_array_equal(sample.sent.q, sample.frame.q)
     assert len(hold.seen) == seen
+
+
+def test_an_emergency_stop_in_a_motion_waits_neither_for_the_next_sample_nor_for_the_source():
+    stack, _ = roll_stack(Quick())
+    turn(stack, Mode.ROLL, 1.0)
+    assert stack.machine.mode is Mode.ROLL
+    while stack.tick % ACT_EVERY != 3:
+        stack.turn(want(Mode.ROLL))
+    stack.machine.emergency_stop()
+
+    def broken(belief):
+        raise RuntimeError("the source is gone")
+
+    stack.turn(broken)
+    assert stack._active is Mode.STOP
+    for _ in range(2 * ACT_EVERY):
+        sample = stack.turn(broken)
+    assert sample is None or sample.command.mode is Mode.STOP
+    assert stack.machine.stopped
 
 
 def test_a_controller_out_of_step_is_refused():

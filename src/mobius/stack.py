@@ -147,8 +147,11 @@ class Stack:
             self._frame = self.senses.corrupt(raw)
             self.estimator.take(self._frame)
         sample = None
+        due = self.machine.stopped and self._active is not Mode.STOP
         if self.tick % ACT_EVERY == 0:
             sample = self._act(source)
+        elif due and self._frame is not None:  # an emergency stop waits for no one
+            self._stop()
         elif self.tick % self._every == 0:
             self._write(self.estimator.belief())
         self.robot.wait()
@@ -159,7 +162,11 @@ class Stack:
         frame = self._frame
         assert frame is not None  # tick 0 reads first
         belief = self.estimator.belief()
-        self._command = self.machine.step(source(belief), self._seen(belief, frame))
+        if self.machine.stopped:  # whatever the source does, it is not asked
+            wanted = ModeCommand(Mode.STOP, np.zeros(3), belief.stamp)
+        else:
+            wanted = source(belief)
+        self._command = self.machine.step(wanted, self._seen(belief, frame))
         if self._command.mode is not self._active:
             self._change(self._command.mode)
         self._inform()
@@ -167,6 +174,13 @@ class Stack:
         power = (self.energy - self._last_energy) / (ACT_EVERY * TICK)
         self._last_energy = self.energy
         return Sample(self.tick, frame, belief, self._command, sent, self.energy, power)
+
+    def _stop(self) -> None:
+        """Soft servos at once, between two samples."""
+        belief = self.estimator.belief()
+        self._command = ModeCommand(Mode.STOP, np.zeros(3), belief.stamp)
+        self._change(Mode.STOP)
+        self._write(belief)
 
     def _seen(self, belief: StateEstimate, frame: SensorFrame) -> Seen:
         """What the mode machine goes by."""

@@ -216,3 +216,22 @@ def test_a_roll_is_believed_by_limbs_and_camera_until_it_goes_over_and_by_the_ca
     assert watch.see(M.ROLL, _at(-0.3)) == landed
     assert watch.see(M.CRAWL, _at(0.0)) == Trust()
     assert watch.see(M.ROLL, _at(0.0)).legs
+
+
+def test_a_robot_that_falls_again_and_again_stops(world):
+    w = world()
+    w.pose = "prone"
+    modes = w.go(M.CRAWL, 40.0)
+    assert modes[-1] is M.STOP
+    assert modes.count(M.RECOVER) == w.machine.config.tries
+    assert "fallen 5 times in a row" in w.machine.notice
+
+
+def test_falls_far_apart_are_not_counted_together(world):
+    w = world()
+    for _ in range(6):
+        w.pose = "prone"
+        assert M.RECOVER in w.go(M.CRAWL, 1.5)
+        w.pose = None
+        w.go(M.CRAWL, w.machine.config.calm + 4.0)
+    assert not w.machine.stopped

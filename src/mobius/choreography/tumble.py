@@ -36,6 +36,8 @@ Range = tuple[float, float, float]
 STRAIGHT = Window(lean=0.9)
 """Guard of everything that turns over: a trunk that leans sideways by more than 52 deg has left
 the rails."""
+BELLY_DOWN = Window(pitch=0.0, within=1.0, lean=0.8)
+"""Guard of pushing up: it lies on its belly, however askew."""
 TURN = 100.0
 """A condition on the pitch holds for this much of the turn after it [deg]: the trunk passes that
 in 0.1 s and more."""
@@ -89,7 +91,7 @@ def _pose(n: Numbers, k: int) -> Array:
 
 
 def _into_stance() -> Stage:
-    return Stage(keyframe_joints("crawl")[1], 0.8, hold=0.3)
+    return Stage(keyframe_joints("crawl")[1], 0.8, hold=0.3, window=BELLY_DOWN)
 
 
 def roll(n: Numbers) -> Motion:
@@ -98,27 +100,27 @@ def roll(n: Numbers) -> Motion:
         Stage(_pose(n, k), n[f"d{k}"], until=turned_back(n[f"a{k}"]), timeout=0.5, window=STRAIGHT)
         for k in range(3)
     ]
-    land = Stage(_pose(n, 3), n["d3"], hold=n["h"])
+    land = Stage(_pose(n, 3), n["d3"], hold=n["h"], window=STRAIGHT)
     stages = (*feet_under(n), rear_up(n), *turn, land, _into_stance())
     return Motion("roll", Posture.CRAWLING, Posture.CRAWLING, stages)
 
 
 def _spread() -> Stage:
     """Limbs out flat: from almost any heap the trunk comes to lie on its back or its belly."""
-    return Stage(keyframe_joints("prone")[0], 0.4, hold=0.25)
+    return Stage(keyframe_joints("prone")[0], 0.4, hold=0.25, window=STRAIGHT)
 
 
 def _over(n: Numbers) -> tuple[Stage, ...]:
     """From a headstand on arms and rails over to the belly."""
     over = Stage(_pose(n, 2), n["d2"], until=turned_back(n["a1"]), timeout=1.6, window=STRAIGHT)
-    return over, Stage(_pose(n, 3), n["d3"], hold=n["h"])
+    return over, Stage(_pose(n, 3), n["d3"], hold=n["h"], window=STRAIGHT)
 
 
 def _from_back(n: Numbers) -> tuple[Stage, ...]:
     """From the back on the belly: limbs wind up, the rails roll it on its head, and over."""
     return (
         _spread(),
-        Stage(_pose(n, 0), n["d0"], hold=n["h0"]),
+        Stage(_pose(n, 0), n["d0"], hold=n["h0"], window=STRAIGHT),
         Stage(_pose(n, 1), n["d1"], until=turned_back(n["a0"]), timeout=1.2, window=STRAIGHT),
         *_over(n),
     )
@@ -132,21 +134,19 @@ def supine_to_crawl(n: Numbers) -> Motion:
 
 def supine_recovery(n: Numbers) -> Motion:
     """From the back to the stand: over, and pushed up with the feet under the hips at once."""
-    crouch = Stage(feet_under(n)[-1].q, 0.7, hold=0.1)
+    crouch = Stage(feet_under(n)[-1].q, 0.7, hold=0.1, window=BELLY_DOWN)
     stages = (*_from_back(n), crouch, rear_up(n), *rise(n))
     return Motion("supine_recovery", Posture.SUPINE, Posture.STANDING, stages)
 
 
 def head_recovery(n: Numbers) -> Motion:
     """From the head: into the same headstand, over to the belly, up on four limbs."""
-    stages = (Stage(_pose(n, 0), n["d0"], hold=n["h0"]), *_over(n), _into_stance())
+    stages = (Stage(_pose(n, 0), n["d0"], hold=n["h0"], window=STRAIGHT), *_over(n), _into_stance())
     return Motion("head_recovery", Posture.ON_HEAD, Posture.CRAWLING, stages)
 
 
 LOW_HEIGHT = 0.20
 """Trunk lying on its shoulders and hips, a little raised [m]."""
-BELLY_DOWN = Window(pitch=0.0, within=1.0, lean=0.8)
-"""Guard of pushing up: it lies on its belly, however askew."""
 WIDE_HAND, WIDE_FOOT = np.array([0.33, 0.33, 0.0]), np.array([-0.27, 0.32, 0.0])
 """Where hand and foot come down beside the lying trunk [m]."""
 

@@ -42,12 +42,12 @@ class TrialRun:
     yaw_error_deg: float
     """And the difference of the headings [deg]."""
     speed_mps: float | None = None
-    """Rolls: horizontal way over time, from the trunk's first tilt of 20 deg until it is level
-    to 20 deg again [m/s]."""
+    """Rolls: horizontal way over time, from where the hands let go of the floor until the trunk,
+    turned over, is level to 20 deg again [m/s]."""
     average_mps: float | None = None
     """Rolls: with the stances between, from the begin of the first [m/s]."""
     heading_error_deg: float | None = None
-    """Rolls: heading after the last against before the first [deg]."""
+    """Rolls: largest heading after one of them against that before the first [deg]."""
     push_ups: int | None = None
     """How often the trunk went 5 cm down and up."""
     events: list[str] = field(default_factory=list)

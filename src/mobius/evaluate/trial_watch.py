@@ -149,7 +149,8 @@ class Watch:
         """Whether the true robot is in a good stance: limbs, height and tilt over the floor."""
         height, off = STANCE_HEIGHT[posture]
         upright = float(self._normal_B[_AXIS[posture]]) > UPRIGHT
-        return upright and abs(self.height - height) < off
+        high = abs(self.height - height) < off
+        return upright and high and self.posture() is posture
 
     def fell_from(self, posture: Posture) -> bool:
         """Whether the true robot is no longer near a stance it was in."""

@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 LINE_SLACK = 1e-6
 """Rounding [N m] on the servos' torque-speed line."""
+LANDED_S = 1.0
+"""By then a robot that was dropped is on the floor [s]."""
 FULL_TURN = float(np.radians(40.0))
 """A roll's rotation may differ from 360 deg by this: the stances before and after are judged
 by themselves, so it only tells one turn from none and from two."""
@@ -90,7 +92,7 @@ TRIALS: dict[str, Trial] = {
             10.0,
             needs=("head_recovery", "prone_to_crawl"),
         ),
-        Trial("any_fall", "fall", None, Mode.CRAWL, 15.0, needs=("prone_to_crawl",)),
+        Trial("any_fall", "fall", None, Mode.CRAWL, 15.0, needs=("supine_to_crawl",)),
         Trial("roll", "crawl", Mode.ROLL, Mode.CRAWL, 10.0, 1.0, modes=("crawl", "roll")),
         Trial("five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5),
         Trial("push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")),
@@ -121,7 +123,9 @@ def run_trial(job: tuple[str, int], *, motions: Mapping[str, Motion] | None = No
     trial, seed = TRIALS[job[0]], job[1]
     body = "biped" if trial.pose == "stand" or trial.ends is Mode.BIPED else "crawl"
     drawn = draw_start(trial.pose, body, seed)
-    first = {"crawl": Mode.CRAWL, "stand": Mode.BIPED}.get(trial.pose, Mode.RECOVER)
+    first = {"crawl": Mode.CRAWL, "stand": Mode.BIPED, "fall": Mode.CRAWL}.get(
+        trial.pose, Mode.RECOVER
+    )
     start = replace(drawn.start, mode=first)
     stack, robot = build_sim_stack(drawn.model, start, modes=trial.modes, motions=motions)
     watch = Watch(robot, drawn)
@@ -140,9 +144,12 @@ class _Course:
         self.failed = ""
         self.rolls: list[tuple[float, float, float]] = []
         """(rotation [rad], way [m], time [s]) of each roll."""
+        self.turns: list[float] = []
+        """How far off its first heading the robot was after each roll [rad]."""
         self.away = (0.0, 0.0)
         self.place, self.energy = watch.truth.p_OB.copy(), 0.0
         self._mode = stack.machine.mode
+        self._lands = LANDED_S if trial.pose == "fall" else 0.0
 
     def run(self) -> TrialRun:
         """Turn the stack until the verdict."""
@@ -170,7 +177,7 @@ class _Course:
             if now > 12.0:
                 self._fail(f"'{trial.asks}' did not begin: {self.stack.machine.notice}")
         elif self.reached is None:
-            ended = mode is trial.ends and self.asks.over
+            ended = mode is trial.ends and self.asks.over and now >= self._lands
             if ended and watch.is_in(trial.stance):
                 self.reached = now
                 self.away = watch.belief_error(sample.belief)
@@ -191,6 +198,7 @@ class _Course:
         if self._mode is Mode.ROLL:
             w = self.watch
             self.rolls.append((w.rotation, w.roll_way, w.roll_s))
+            self.turns.append(float(wrap_angle(w.heading - self.heading)))
         if mode is Mode.RECOVER and self.trial.asks is not None:
             self._fail(self.stack.machine.events[-1].why)
 
@@ -199,7 +207,7 @@ class _Course:
 
     def _verdict(self) -> TrialRun:
         trial, watch = self.trial, self.watch
-        turn = float(wrap_angle(watch.heading - self.heading))
+        turn = max(self.turns, key=abs, default=0.0)
         rolls = trial.asks is Mode.ROLL
         way = float(np.linalg.norm(watch.truth.p_OB[:2] - self.place[:2]))
         if rolls:

@@ -78,6 +78,10 @@ class MachineConfig:
     """A recovery that lasts longer has failed [s]."""
     push_ups_timeout: float = 120.0
     """Push-ups that last longer have failed [s]."""
+    calm: float = 5.0
+    """A robot that has walked this long since its last recovery falls anew [s];"""
+    tries: int = 4
+    """one that has not, again: after so many recoveries in a row it stops."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +131,7 @@ class ModeMachine:
         self._since = -np.inf  # in this mode; the first step sets it
         self._wanted, self._wanted_since = self.mode, np.inf
         self._stamp, self._stale = 0.0, False
+        self._walks_since, self._tries = -np.inf, 0
         self._watch, self._trust = TrustWatch(), TRUST_ALL
 
     @property
@@ -258,6 +263,14 @@ class ModeMachine:
 
     def _switch(self, mode: Mode, why: str) -> None:
         assert mode in SUCCESSORS[self.mode], f"{mode} after {self.mode}"
+        if mode in WALKING:
+            self._walks_since = self._stamp
+        elif mode is Mode.RECOVER:
+            calm = self._stamp - self._walks_since > self.config.calm and self.mode in WALKING
+            self._tries = 1 if calm else self._tries + 1
+            if self._tries > self.config.tries:
+                mode, why = Mode.STOP, f"{why}; fallen {self._tries} times in a row"
+                self.notice = f"{why}; call release() to go on"
         self.events.append(Event(self._stamp, self.mode, mode, why))
         self.mode, self._since = mode, self._stamp
         self._wanted, self._wanted_since = mode, self._stamp

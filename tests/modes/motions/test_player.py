@@ -5,7 +5,16 @@ import pytest
 
 from mobius.model import JOINTS
 from mobius.model.robot import keyframe_joints
-from mobius.modes.motions import Feedback, Guard, MotionPlayer, Stage, Until, Window
+from mobius.modes.motions import (
+    Feedback,
+    Guard,
+    MotionPlayer,
+    Stage,
+    Until,
+    Window,
+    load_motion,
+    motion_names,
+)
 from mobius.types import Mode, ModeCommand
 
 PRONE, CRAWL = (keyframe_joints(k)[0] for k in ("prone", "crawl"))
@@ -51,7 +60,7 @@ def test_without_targets_it_begins_at_the_measured_angles(play, motion_of):
 
 
 def test_a_stage_holds_before_the_next(play, motion_of):
-    player = MotionPlayer(motion_of(Stage(CRAWL, 0.1, hold=0.2), Stage(PRONE, 0.1)))
+    player = MotionPlayer(motion_of(Stage(CRAWL, 0.1, hold=0.2), Stage(PRONE, 0.1), end="prone"))
     player.begin(PRONE)
     sent = play(player, 0.45)
     np.testing.assert_allclose(sent[32:90], np.tile(CRAWL, (58, 1)), atol=1e-9)
@@ -115,3 +124,17 @@ def test_reset_plays_it_again(play, motion_of):
     assert player.state == "running" and player.progress == 0.0
     play(player, 0.3, t0=5.0)
     assert player.state == "done"
+
+
+def test_a_motion_that_ends_in_another_posture_has_failed(play, motion_of):
+    player = MotionPlayer(motion_of(Stage(PRONE, 0.1), end="crawling"))
+    play(player, 0.2)
+    assert player.state == "failed"
+    assert "ended prone, not crawling" in player.reason
+
+
+def test_every_stage_that_ships_is_guarded():
+    """By a window, or by a condition with a time-out; a wind-up may lie anyhow."""
+    for name in motion_names():
+        for k, stage in enumerate(load_motion(name).stages):
+            assert stage.window is not None or stage.until is not None, f"{name}, stage {k}"

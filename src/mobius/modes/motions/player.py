@@ -11,6 +11,7 @@ from mobius.model.joints import joint_index
 from mobius.modes.motions.motion import Motion, Stage
 from mobius.modes.motions.tilt import Tilt, tilt_of, wrapped
 from mobius.modes.motions.way import Way
+from mobius.modes.posture import posture_of
 from mobius.types import JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ class MotionPlayer:
             self._enter(now, tilt, rate)
         self._last = now
         if self.state is State.RUNNING:
-            self._advance(now, tilt, rate)
+            self._advance(now, belief, frame.q)
         if self.state is State.RUNNING:
             self._watch(now, tilt, frame.q)
         if self.state is State.RUNNING:
@@ -114,9 +115,10 @@ class MotionPlayer:
         assert self._base is not None  # set on entering a stage
         return self._base + share * (stage.q - self._base)
 
-    def _advance(self, now: float, tilt: Tilt, rate: float) -> None:
-        """Go to the next stage when this one is over."""
+    def _advance(self, now: float, belief: StateEstimate, q: Array) -> None:
+        """Go to the next stage when this one is over; after the last, look where it ended."""
         stage = self.motion.stages[self.stage]
+        tilt, rate = tilt_of(belief.q_OB), float(belief.w_B[1])
         over = now - self._start - stage.seconds
         if stage.until is None:
             if over < stage.hold - 1e-9:
@@ -130,7 +132,11 @@ class MotionPlayer:
         self.stage += 1
         if self.stage == len(self.motion.stages):
             self.stage -= 1
-            self.state = State.DONE
+            ended = posture_of(belief, q)
+            if ended is self.motion.end:
+                self.state = State.DONE
+            else:
+                self._fail(f"ended {ended}, not {self.motion.end}")
             return
         self._enter(now, tilt, rate)
 
