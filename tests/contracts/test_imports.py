@@ -21,6 +21,7 @@ SOURCE = ROOT / "src" / "mobius"
 LAYERS = (
     ("cli", "__main__"),
     ("mission", "evaluate", "bench", "reproduce"),
+    ("reel",),
     ("results",),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble",),
