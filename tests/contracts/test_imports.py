@@ -22,6 +22,7 @@ LAYERS = (
     ("cli", "__main__"),
     ("choreography",),
     ("mission", "evaluate", "bench", "reproduce"),
+    ("reel",),
     ("results",),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble",),

@@ -15,6 +15,7 @@ from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
+from mobius.cli.reel import Reel
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
 from mobius.errors import MobiusError, UnknownName
@@ -23,6 +24,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "demo": Demo,
     "run": Run,
     "plan": PlanVerb,
+    "reel": Reel,
     "sweep": Sweep,
     "train": Train,
     "eval": Eval,

@@ -70,12 +70,11 @@ def chase(model: mujoco.MjModel, qpos: Array, dt: float, *, camera: ChaseCamera)
 
 
 def _forward(quat: Array) -> Array:
-    """(k, 2) horizontal direction of travel: +x of the trunk, -z where it stands upright."""
-    shape = (len(quat), 3)
-    x = rotate(quat, np.broadcast_to([1.0, 0.0, 0.0], shape))[:, :2]
-    minus_z = rotate(quat, np.broadcast_to([0.0, 0.0, -1.0], shape))[:, :2]
-    lying = np.linalg.norm(x, axis=1) >= np.linalg.norm(minus_z, axis=1)
-    return np.where(lying[:, None], x, minus_z)
+    """(k, 2) horizontal direction of travel: at right angles to +y of the trunk, which rearing
+    up and rolling leave where it is; short where the trunk lies on a side.
+    """
+    left = rotate(quat, np.broadcast_to([0.0, 1.0, 0.0], (len(quat), 3)))
+    return np.column_stack([left[:, 1], -left[:, 0]])
 
 
 def _clear_elevation(
