@@ -11,7 +11,7 @@ from mobius.choreography import designs, keys
 from mobius.choreography.designs import DESIGNS, as_document, design_of, read_numbers
 from mobius.choreography.rear import crawl_to_stand, stand_to_crawl
 from mobius.errors import InvalidInput, UnknownName
-from mobius.modes.motions import read_motion
+from mobius.modes.motions import Tilt, read_motion
 
 DATA = Path(str(resources.files("mobius.modes.motions") / "data"))
 
@@ -75,3 +75,14 @@ def test_mirrored_poses_mirror_and_stay_within_limits():
     q = keys.within_limits(keys.mirrored(keys.HIGH))
     np.testing.assert_allclose(keys.left_side(q)[0], -q[6])
     np.testing.assert_allclose(keys.left_side(q)[1:4], q[7:10])
+
+
+@pytest.mark.parametrize("name", ["supine_to_crawl", "supine_recovery", "prone_to_crawl"])
+def test_what_stirs_a_heap_may_begin_in_any_heap(name: str):
+    """A recovery that lies askew plays these; a guard on their first stage would end each at once."""
+    design = DESIGNS[name]
+    window = design.build(read_numbers(design)).stages[0].window
+    assert window is not None
+    for pitch in np.linspace(-np.pi, np.pi, 13):
+        for lean in np.linspace(-1.5, 1.5, 7):
+            assert window.holds(Tilt(float(pitch), 0.0, float(lean)))

@@ -33,6 +33,9 @@ Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 Range = tuple[float, float, float]
 
+ANYHOW = Window()
+"""Limbs may be spread, and put to the floor, in whatever heap the robot lies: that is what sorts
+it out."""
 STRAIGHT = Window(lean=0.9)
 """Guard of everything that turns over: a trunk that leans sideways by more than 52 deg has left
 the rails."""
@@ -107,7 +110,7 @@ def roll(n: Numbers) -> Motion:
 
 def _spread() -> Stage:
     """Limbs out flat: from almost any heap the trunk comes to lie on its back or its belly."""
-    return Stage(keyframe_joints("prone")[0], 0.4, hold=0.25, window=STRAIGHT)
+    return Stage(keyframe_joints("prone")[0], 0.4, hold=0.25, window=ANYHOW)
 
 
 def _over(n: Numbers) -> tuple[Stage, ...]:
@@ -163,7 +166,7 @@ def prone_to_crawl() -> Motion:
         )
 
     stages = (
-        Stage(within_limits(up(0.0)), 0.8, hold=0.1, window=BELLY_DOWN),
+        Stage(within_limits(up(0.0)), 0.8, hold=0.1, window=ANYHOW),
         along(sampled(up, 6), 1.0, window=BELLY_DOWN),
         Stage(keyframe_joints("crawl")[1], 0.2, hold=0.3, window=BELLY_DOWN),
     )
