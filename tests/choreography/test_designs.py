@@ -79,7 +79,7 @@ def test_mirrored_poses_mirror_and_stay_within_limits():
 
 @pytest.mark.parametrize("name", ["supine_to_crawl", "supine_recovery", "prone_to_crawl"])
 def test_what_stirs_a_heap_may_begin_in_any_heap(name: str):
-    """A recovery that lies askew plays these; a guard on their first stage would end each at once."""
+    """Lying askew the recovery plays these; a guard on the first stage would end each at once."""
     design = DESIGNS[name]
     window = design.build(read_numbers(design)).stages[0].window
     assert window is not None
