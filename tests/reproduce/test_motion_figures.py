@@ -85,13 +85,11 @@ def test_the_speed_of_a_mode_is_its_fastest_straight_command(tmp_path):
         fig_4.fastest(tmp_path, "biped")
 
 
-def test_a_rolls_speed_counts_from_leaving_the_level_to_regaining_it():
-    t = np.arange(11) / 10
-    pitch = -np.clip((t - 0.2) / 0.6, 0, 1) * 2 * np.pi  # turns from 0.2 to 0.8 s
-    qpos = np.zeros((11, 7))
-    qpos[:, 0], qpos[:, 2] = t, 0.3
-    qpos[:, 3:] = rpy_to_quat(np.zeros(11), pitch, np.zeros(11))
-    speed, high = fig_4.roll_speed(t, qpos)
-    assert speed == pytest.approx(1.0) and high == pytest.approx(0.3)
-    with pytest.raises(InvalidInput, match="tilts"):
-        fig_4.roll_speed(t[:2], qpos[:2])
+def test_a_rolls_speed_is_that_of_its_trials(tmp_path):
+    with pytest.raises(InvalidInput, match=r"benchmarks/motions\.py roll"):
+        fig_4.roll_speed(tmp_path)
+    (tmp_path / "motions.json").write_text('{"motions": {"roll": {"speed_mps": 0.7}}}')
+    assert fig_4.roll_speed(tmp_path) == pytest.approx(0.7)
+    (tmp_path / "motions.json").write_text('{"motions": {}}')
+    with pytest.raises(InvalidInput, match="expected rolls"):
+        fig_4.roll_speed(tmp_path)

@@ -3,8 +3,8 @@
 ``python -m mobius.reproduce.fig_4 [--out FILE.png] [--results FOLDER]``
 
 Speed: of crawl and biped the fastest mean speed that was reached on a straight command, from
-the results of ``mobius eval BODY tracking`` (100 robots each); of the roll the way over the time
-while the trunk is tilted by more than 20 deg, median over a few runs here and now.
+the results of ``mobius eval BODY tracking`` (100 robots each); of the roll its mean speed from
+where the hands let go until the trunk is level again (``mobius eval motions roll``).
 
 Height: of the trunk's centre in the stance; the highest trunk at which the limbs that walk
 still reach their places on the floor in the stance; and the highest point that closed fingertips
@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from mobius import paper
 from mobius.errors import InvalidInput, MobiusError
-from mobius.geometry import quat_to_mat, rotate
+from mobius.geometry import quat_to_mat
 from mobius.headless import import_mujoco
 from mobius.model.arm import gripper_pose
 from mobius.model.build import joint_ranges
@@ -41,17 +41,22 @@ from mobius.model.robot import keyframe, keyframe_joints
 from mobius.reproduce.common import as_text, write_out
 from mobius.types import LIMBS, Mode
 
-__all__ = ["Heights", "draw", "fastest", "heights", "highest_tip", "highest_trunk", "roll_speed"]
+__all__ = [
+    "Heights",
+    "draw",
+    "fastest",
+    "heights",
+    "highest_in_roll",
+    "highest_tip",
+    "highest_trunk",
+    "roll_speed",
+]
 
 Array = NDArray[np.float64]
 
 STANCES = {"crawl": "crawl", "biped": "stand"}
 """Mode -> keyframe of its stance."""
 STRAIGHT = ("forward", "backward", "left", "right")
-LEVEL = float(np.radians(20.0))
-"""A roll lasts while the trunk is tilted by more than this [rad]."""
-THROWN = float(np.radians(70.0))
-"""It rears up slowly to 60 deg and less, and is thrown back from there."""
 STEP = 0.002
 """Between heights that are tried [m]."""
 
@@ -153,45 +158,37 @@ def fastest(results: Path, body: str) -> float:
         raise InvalidInput(f"{path}: expected the results of 'mobius eval {body}'") from None
 
 
-def roll_speed(t: Array, qpos: Array, level: float = LEVEL) -> tuple[float, float]:
-    """Mean speed [m/s] of a roll, and the highest trunk [m] in it.
+def roll_speed(results: Path) -> float:
+    """Mean speed of the roll [m/s], from where the hands let go until the trunk is level again.
 
-    Args:
-        t: (m,) [s].
-        qpos: (m, nq) configurations, trunk first.
-        level: The roll lasts while the trunk is tilted by more than this [rad].
+    Raises:
+        InvalidInput: The file is not there or holds no rolls.
     """
-    up = rotate(qpos[:, 3:7], np.broadcast_to([0.0, 0.0, 1.0], (len(qpos), 3)))[:, 2]
-    tilted = np.flatnonzero(up < np.cos(level))
-    if not tilted.size:
+    path = results / "motions.json"
+    try:
+        return float(json.loads(path.read_text())["motions"]["roll"]["speed_mps"])
+    except OSError as error:
         raise InvalidInput(
-            f"roll_speed: expected a trunk that tilts by more than {np.degrees(level):.0f} deg"
-        )
-    first, last = int(tilted[0]), min(int(tilted[-1]) + 1, len(t) - 1)
-    way = float(np.linalg.norm(qpos[last, :2] - qpos[first, :2]))
-    return way / float(t[last] - t[first]), float(qpos[first : last + 1, 2].max())
+            f"{path} cannot be read ({error.strerror}); name the folder with --results, or make"
+            " the file with: python benchmarks/motions.py roll"
+        ) from None
+    except (ValueError, KeyError, TypeError):
+        raise InvalidInput(f"{path}: expected rolls of 'mobius eval motions roll'") from None
 
 
-def rolls(seeds: int) -> tuple[float, float, float]:
-    """Median speed [m/s], highest trunk [m], and speed from the throw on [m/s] of rolls.
-
-    Rolls that did not come to their end do not count.
+def highest_in_roll(seeds: int) -> float:
+    """Median over rolls of the highest trunk [m]; those that did not come to their end are out.
 
     Raises:
         MobiusError: None did.
     """
     from mobius.reel import SHOWS, play
 
-    found = []
-    for seed in range(seeds):
-        footage = play(SHOWS["roll"], seed=seed)
-        if not footage.failed:
-            thrown, _ = roll_speed(footage.t, footage.qpos, THROWN)
-            found.append((*roll_speed(footage.t, footage.qpos), thrown))
-    if not found:
+    films = [play(SHOWS["roll"], seed=seed) for seed in range(seeds)]
+    high = [float(f.qpos[:, 2].max()) for f in films if not f.failed]
+    if not high:
         raise MobiusError(f"no roll of {seeds} came to its end")
-    speed, high, thrown = (float(v) for v in np.median(found, axis=0))
-    return speed, high, thrown
+    return float(np.median(high))
 
 
 def draw(path: Path, rows: list[dict[str, Any]]) -> None:
@@ -222,16 +219,15 @@ def draw(path: Path, rows: list[dict[str, Any]]) -> None:
     save_png(path, figure, dpi=110, what="Fig. 4")
 
 
-def table(results: Path, seeds: int) -> tuple[list[dict[str, Any]], float]:
-    """A row per mode, and the speed of the roll from the throw on [m/s]."""
+def table(results: Path, seeds: int) -> list[dict[str, Any]]:
+    """A row per mode."""
     rows: list[dict[str, Any]] = []
     for body in ("biped", "crawl"):
         h = heights(body)
         rows.append(_row(body, fastest(results, body), h.trunk, h.top_trunk, h.tip))
-    speed, high, thrown = rolls(seeds)
     crawling = heights("crawl").trunk
-    rows.append(_row("roll", speed, crawling, high, None))
-    return rows, thrown
+    rows.append(_row("roll", roll_speed(results), crawling, highest_in_roll(seeds), None))
+    return rows
 
 
 def _row(mode: str, speed: float, trunk: float, top: float, tip: float | None) -> dict[str, Any]:
@@ -258,11 +254,10 @@ def main() -> None:
         sys.exit(f"fig_4: --seeds: expected a whole number >= 1, got {options.seeds}")
     import_mujoco()
     try:
-        rows, thrown = table(options.results, options.seeds)
+        rows = table(options.results, options.seeds)
     except MobiusError as error:
         sys.exit(f"fig_4: {error}")
     print(as_text(rows))
-    print(f"roll while tilted by more than 70 deg, after rearing up: {thrown:.2f} m/s")
     write_out("fig_4", lambda: draw(options.out, rows), options.out)
 
 
