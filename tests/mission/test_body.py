@@ -14,7 +14,7 @@ def test_modes_may_be_joined_by_commas_or_not(typed):
 
 
 def test_without_crawl_there_is_no_mission():
-    with pytest.raises(InvalidInput, match="--modes crawl biped"):
+    with pytest.raises(InvalidInput, match="--modes crawl,biped"):
         check_modes(["biped"])
     with pytest.raises(InvalidInput, match="at least one mode"):
         check_modes([","])

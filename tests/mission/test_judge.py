@@ -1,13 +1,17 @@
 """Falls and recoveries as the mission counts them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mobius.control.bodies import BODIES
 from mobius.geometry import rpy_to_quat
+from mobius.mission.floor import floor_of
 from mobius.mission.judge import LOST_S, MissionJudge
 from mobius.types import Mode, StateEstimate
+from mobius.world.shapes import Rectangle, RoughPatch
 
 FLAT, UPRIGHT = rpy_to_quat(0.0, 0.0, 0.0), rpy_to_quat(0.0, -np.pi / 2, 0.0)
 ON_ITS_SIDE = rpy_to_quat(np.pi / 2, 0.0, 0.0)
@@ -86,6 +90,24 @@ def test_who_lies_too_long_is_lost(watch):
     assert not judge.fallen
     see(LOST_S + 1, Mode.RECOVER, ON_ITS_SIDE)
     assert judge.fallen
+
+
+def test_height_is_counted_from_the_floor_below():
+    patch = RoughPatch(Rectangle((1.0, 2.0), (2.0, 1.0), 0.4), amplitude=0.1)
+    ground = floor_of(SimpleNamespace(rough=(patch,)))
+    assert floor_of(SimpleNamespace(rough=())) is None
+    assert float(ground(np.array([9.0, 9.0]))) == 0.0
+    points = patch.area.to_map(np.random.default_rng(0).uniform(-0.5, 0.5, (4000, 2)) * [2, 1])
+    heights = ground(points)
+    assert 0.08 < heights.max() <= 0.1 and heights.min() >= 0.0
+    robot, top = Robot(), points[heights.argmax()]
+    robot.z = BODIES["crawl"].fallen_below + 0.05
+    truth = robot.truth
+    robot.truth = lambda: replace(truth(), p_OB=np.array([*top, robot.z]))
+    for floor, falls in ((None, 0), (ground, 1)):
+        judge = MissionJudge(robot, recovers=True, ground=floor)
+        judge.see(SimpleNamespace(tick=1, command=SimpleNamespace(mode=Mode.CRAWL)))
+        assert len(judge.falls) == falls
 
 
 def test_a_robot_that_cannot_get_up_is_lost_at_once(watch):

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mobius.mission.body import BIPED_ROOM
 from mobius.mission.prepare import open_world
 from mobius.mission.stagehand import Stagehand
 from mobius.world import Scenario
@@ -45,6 +46,15 @@ def test_what_is_due_is_moved_logged_and_told(stage):
     (world,) = known
     assert world.grid.blocked[tuple(world.grid.cell_of(THERE.center))]
     assert not world.grid.blocked[tuple(world.grid.cell_of(HERE.center))]
+
+
+def test_nothing_comes_as_near_as_a_robot_that_lies_reaches(stage):
+    hand, robot, pilot, known = stage
+    beside = (THERE.center[0], THERE.center[1] - 0.25 - BIPED_ROOM)
+    hand.turn(2.0, beside, robot, pilot)
+    assert known == [] and hand.scenery.pending
+    hand.turn(3.0, (-1.2, -0.7), robot, pilot)
+    assert len(known) == 1 and hand.log[0]["t"] == 3.0
 
 
 def test_the_world_begins_with_what_stands_there_at_first(stage):

@@ -152,6 +152,42 @@ def test_a_failed_change_is_counted_and_asked_for_again():
     ]  # fmt: skip
 
 
+def test_a_change_that_ends_in_a_recovery_is_counted_once_and_while_it_lasts():
+    follower, robot = ModalFollower(plan_of((0, 0), (1, 0, "biped"))), FakeRobot()
+    robot.fail = [Mode.STAND_UP]
+    while robot.mode is not Mode.RECOVER:
+        robot.step(follower.command(robot.belief(), DT, robot.mode))
+    for _ in range(3):
+        follower.command(robot.belief(), DT, Mode.RECOVER)
+        assert follower.failures == 1 and follower.failed == [Mode.BIPED]
+    follower.command(robot.belief(), DT, Mode.CRAWL)
+    assert follower.failures == 1
+
+
+def test_a_new_plan_in_the_same_body_does_not_halt_the_robot():
+    plan, robot = plan_of((0, 0), (3, 0, "crawl")), FakeRobot()
+    before, after = ModalFollower(plan), ModalFollower(plan)
+    while robot.t < 2.0:
+        command = before.command(robot.belief(), DT, robot.mode)
+        robot.step(command)
+    after.take_over(before)
+    on = after.command(robot.belief(), DT, robot.mode)
+    np.testing.assert_allclose(on.twist_H, command.twist_H, atol=0.02)
+    assert on.twist_H[0] > 0.3
+
+
+def test_a_new_plan_in_another_body_begins_at_rest():
+    before, robot = ModalFollower(plan_of((0, 0), (3, 0, "crawl"))), FakeRobot()
+    while robot.t < 2.0:
+        robot.step(before.command(robot.belief(), DT, robot.mode))
+    after = ModalFollower(plan_of((0, 0), (3, 0, "biped"), (3, 3, "crawl")))
+    after.take_over(before)
+    while robot.mode is Mode.CRAWL and robot.t < 10.0:
+        command = after.command(robot.belief(), DT, robot.mode)
+        robot.step(command)
+    assert robot.begun and robot.begun[-1][0] is Mode.STAND_UP and robot.speed == 0.0
+
+
 def test_after_a_failed_roll_it_crawls_the_step():
     follower, robot, _ = go(plan_of((0, 0), (1.5, 0, "roll")), FakeRobot(fail=[Mode.ROLL]))
     assert follower.failures == 1 and follower.rolls == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,24 @@ from typing import Any
 from tyro.conf import Positional
 
 from mobius.cli.common import XY, Bar, at_least, place
+from mobius.errors import InvalidInput
+
+
+def map_and_modes(name: str, modes: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+    """Map and modes as meant: a map behind ``--modes crawl,biped`` is read as one more mode.
+
+    Raises:
+        InvalidInput: There is no map among them.
+    """
+    from mobius.mission import DRIVABLE
+
+    known = {mode.value for mode in DRIVABLE}
+    *before, last = modes or ("",)
+    if not name and before and not set(last.split(",")) <= known:
+        return last, tuple(before)
+    if not name:
+        raise InvalidInput("run: expected a map; type e.g. mobius run demo")
+    return name, tuple(modes)
 
 
 @dataclass
@@ -32,7 +51,7 @@ class Demo:
 class Run:
     """Plan a way over a map and drive it in physics; leaves report, video and log."""
 
-    map: Positional[str]
+    map: Positional[str] = ""
     """A Nav2 map.yaml, a MovingAI .map, or the name of a shipped map (demo, arena,
     multimodal)."""
     start: XY | None = None
@@ -40,11 +59,19 @@ class Run:
     goal: XY | None = None
     """Where it shall go: x y [m] in the map frame; the map's own if left out."""
     modes: tuple[str, ...] = ("crawl",)
-    """Body modes the plan may use: crawl, and with it biped and roll (crawl,biped,roll)."""
+    """Body modes the plan may use, joined by commas: crawl, and with it biped and roll
+    (crawl,biped,roll)."""
     regions: Path | None = None
     """YAML file of regions that force modes, laid over the map (docs/missions.md)."""
     scenario: Path | None = None
     """YAML file of obstacles that come, move and go during the run (docs/missions.md)."""
+    costs: Path | None = None
+    """Measured seconds and joules per metre, mode and change of body, a JSON file of
+    mobius eval energy; the paper's if left out. Needs --per-s or --per-j."""
+    per_s: float = 0.0
+    """Points per second that a plan takes, >= 0; a cell costs 1 to 3."""
+    per_j: float = 0.0
+    """Points per joule that a plan takes, >= 0."""
     seed: int = 0
     """Seed of friction, mass, delay and sensor drift; any whole number >= 0."""
     out: Path | None = None
@@ -68,17 +95,21 @@ class Run:
         at_least("--seed", self.seed, 0)
         place("--start", self.start)
         place("--goal", self.goal)
+        name, modes = map_and_modes(self.map, self.modes)
         import_mujoco()
-        out = self.out or Path("runs") / f"{Path(self.map).stem}_seed{self.seed}"
+        out = self.out or Path("runs") / f"{Path(name).stem}_seed{self.seed}"
         with Bar() as bar:
             outcome = mission.run(
-                self.map,
+                name,
                 out,
                 start=self.start,
                 goal=self.goal,
-                modes=self.modes,
+                modes=modes,
                 regions=self.regions,
                 scenario=self.scenario,
+                costs=self.costs,
+                per_s=self.per_s,
+                per_J=self.per_j,
                 seed=self.seed,
                 randomised=self.randomised,
                 video=self.video,

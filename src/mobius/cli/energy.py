@@ -65,8 +65,9 @@ class EvalEnergy:
             return 0
         print("mode      m/s    J/m  J/cell  cost of transport  trials  failed")
         for name, m in result.modes.items():
+            cell = "-" if m.J_per_cell is None else f"{m.J_per_cell:.1f}"
             print(
-                f"{name:6s} {m.m_per_s:6.3f} {m.J_per_m:6.1f} {m.J_per_cell:7.1f}"
+                f"{name:6s} {m.m_per_s:6.3f} {m.J_per_m:6.1f} {cell:>7s}"
                 f" {m.cost_of_transport:18.2f} {m.trials:7d} {m.failures:7d}"
             )
         for name, s in result.switches.items():

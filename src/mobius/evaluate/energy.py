@@ -33,7 +33,7 @@ MODES = ("crawl", "biped", "roll")
 SPEED = {"crawl": CRAWLING.speed, "biped": WALKING.speed}
 """At which plans are followed [m/s]."""
 CELL = 0.5
-"""Edge of the paper's cells [m]; a straight way sees one cell each."""
+"""Edge of the paper's cells [m]."""
 GRAVITY = 9.81
 WALK_S, RAMP_S = 12.0, 2.0
 """A walk lasts so long [s], and counts after so long [s]."""
@@ -59,6 +59,8 @@ class Trial:
     """Of the robot as drawn [kg]."""
     failed: bool = False
     """It fell, or did not end in time; such trials do not count towards the means."""
+    cells: int = 0
+    """Cells that the trunk entered and had not been in."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ class ModeEnergy:
 
     m_per_s: float
     J_per_m: float
-    J_per_cell: float
+    J_per_cell: float | None
+    """Per cell visited; None where the way was too short to enter one."""
     cost_of_transport: float
     """Energy over weight and way."""
     trials: int
@@ -167,9 +170,17 @@ def summary_of(trials: Sequence[Trial], *, seed: int, seeds: int) -> Energy:
             continue
         metres = sum(t.metres for t in good)
         weight = sum(t.mass * GRAVITY * t.metres for t in good)
-        each = joules / metres
-        table[what] = ModeEnergy(metres / seconds, each, each * CELL, joules / weight, *counts)
+        cells = sum(t.cells for t in good)
+        per_cell = joules / cells if cells else None
+        table[what] = ModeEnergy(
+            metres / seconds, joules / metres, per_cell, joules / weight, *counts
+        )
     return Energy(seed=seed, seeds=seeds, modes=table, switches=changes)
+
+
+def cells_entered(p: Array) -> int:
+    """Cells that a way (n, 2) [m] enters, each once; the one that it begins in is none."""
+    return max(len(np.unique(np.floor(p / CELL), axis=0)) - 1, 0)
 
 
 def _work(job: tuple[str, int, bool]) -> list[Trial]:
@@ -198,6 +209,7 @@ def _walk(body: str, seed: int, randomised: bool) -> Trial:
         joules=float(readings.power()[counted].sum() * DT),
         mass=float(model.body_mass.sum()),
         failed=episode.fallen,
+        cells=cells_entered(p[:, :2]),
     )
 
 
@@ -228,22 +240,24 @@ class _Motions:
         p, yaw = self._pose()
         self._wants = ask
         begun = ended = False
+        way = [p]
         while not (ended or self._lost) and (self.stack.tick - tick) * TICK < PATIENCE_S:
             mode = self._turn()
+            way.append(self._pose()[0])
             self._lost = mode is Mode.RECOVER or self.stack.machine.stopped
             begun = begun or mode not in (Mode.CRAWL, Mode.BIPED)
             if ask is Mode.ROLL and begun:
                 self._wants = Mode.CRAWL
             ended = begun and mode is end
-        way = self._pose()[0] - p
         return Trial(
             what=what,
             seed=self.seed,
             seconds=(self.stack.tick - tick) * TICK,
-            metres=float(-way @ [np.cos(yaw), np.sin(yaw)]),
+            metres=float((p - way[-1]) @ [np.cos(yaw), np.sin(yaw)]),
             joules=self.stack.energy - joules,
             mass=float(self._model.body_mass.sum()),
             failed=not ended,
+            cells=cells_entered(np.array(way)),
         )
 
     def _for(self, seconds: float) -> None:

@@ -1,6 +1,7 @@
 """One run over a map: load, plan, drive, judge, and leave files to look at."""
 
 from mobius.mission.body import ARRIVE_WITHIN as ARRIVE_WITHIN
+from mobius.mission.body import DRIVABLE as DRIVABLE
 from mobius.mission.body import FOOTPRINT_MARGIN as FOOTPRINT_MARGIN
 from mobius.mission.body import FOOTPRINT_RADIUS as FOOTPRINT_RADIUS
 from mobius.mission.body import LANE as LANE

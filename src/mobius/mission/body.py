@@ -49,7 +49,7 @@ def check_modes(modes: Iterable[str]) -> tuple[Mode, ...]:
     if Mode.CRAWL not in chosen:
         raise InvalidInput(
             f"a mission without crawl cannot be driven: rolls and recoveries end in it; type"
-            f" --modes crawl {' '.join(chosen)}"
+            f" --modes crawl,{','.join(chosen)}"
         )
     return chosen
 

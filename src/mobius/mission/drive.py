@@ -9,9 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mobius.errors import MapError
+from mobius.mission.floor import floor_of
 from mobius.mission.judge import MissionJudge
 from mobius.mission.pilot import Pilot
 from mobius.mission.prepare import path_heading, with_ends
+from mobius.mission.prices import NO_PRICES, Prices
 from mobius.mission.stagehand import Stagehand
 from mobius.modes import FollowerConfig
 from mobius.results import Progress
@@ -42,6 +45,7 @@ def drive(
     randomised: bool = True,
     policy: Path | str | None = None,
     config: FollowerConfig | None = None,
+    prices: Prices = NO_PRICES,
     progress: Progress | None = None,
 ) -> Driven:
     """Carry a plan out in physics, planning anew where that is due.
@@ -61,12 +65,13 @@ def drive(
         policy: What drives the crawling robot; if not given, the shipped one, that for rough
             ground where the map has some.
         config: Of the crawling follower.
+        prices: Of plans on the way.
         progress: Told how far the robot is.
     """
     stagehand = Stagehand(world, scenario)
-    pilot = Pilot(stagehand.world(), plan, modes, config=config)
+    pilot = Pilot(stagehand.world(), plan, modes, config=config, prices=prices)
     stack, robot, model = _build(world, plan, modes, stagehand, seed, randomised, policy)
-    judge = MissionJudge(robot, recovers=len(modes) > 1)
+    judge = MissionJudge(robot, recovers=len(modes) > 1, ground=floor_of(world))
 
     def source(belief: StateEstimate) -> ModeCommand:
         return pilot.command(belief, ACT_EVERY * TICK, stack.machine.mode)
@@ -86,7 +91,7 @@ def drive(
         over = pilot.arrived or _hopeless(pilot, stagehand) or stack.machine.stopped
         stop_at = min(stop_at, stack.tick * TICK + 1.0) if over else np.inf
         if progress is not None and sample.tick % 60 == 0:
-            progress("driving", _share(pilot))
+            progress("driving", pilot.follower.share)
     record = judge.record(world.grid, plan)
     record.summary.update(
         energy_J=stack.energy,
@@ -105,13 +110,24 @@ def _build(
     randomised: bool,
     policy: Path | str | None,
 ) -> tuple[Any, Any, Any]:
-    """Stack, robot and scene, the robot at the start of the plan."""
+    """Stack, robot and scene, the robot at the start of the plan.
+
+    Raises:
+        MapError: Physics cannot build the scene.
+    """
     from mobius.assemble import Start, build_sim_stack
     from mobius.model.robot import load_spec
     from mobius.world.scene import build_scene
 
     obstacles = stagehand.scenery.scenario.obstacles
-    model = build_scene(world, load_spec("full"), obstacles=obstacles).compile()
+    try:
+        model = build_scene(world, load_spec("full"), obstacles=obstacles).compile()
+    except ValueError as error:
+        problem = " ".join(str(error).split())
+        raise MapError(
+            f"map '{world.name}': physics cannot build it ({problem}); look at the sizes of its"
+            " rough and raised places and of the scenario's obstacles"
+        ) from None
     model.opt.timestep = TICK
     path = with_ends(plan, world.grid)
     x, y = (float(v) for v in path.xy_M[0])
@@ -138,13 +154,8 @@ def _first_body(world: World, plan: Plan) -> str:
 
 
 def _hopeless(pilot: Pilot, stagehand: Stagehand) -> bool:
-    """Whether there is no way and nothing to come that may give one."""
-    return pilot.stuck and not stagehand.scenery.pending
-
-
-def _share(pilot: Pilot) -> float:
-    follower = pilot.follower
-    return min(follower.progress / max(follower.length, 1e-9), 1.0)
+    """Whether there is no way and nothing to come, while the robot stands, that may give one."""
+    return pilot.hopeless and not stagehand.scenery.comes_by_itself
 
 
 def _ended(judge: MissionJudge, pilot: Pilot, stopped: bool) -> str:

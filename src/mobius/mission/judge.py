@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mobius.control.bodies import BODIES, Body
 from mobius.control.observation import heading_twist
 from mobius.geometry import quat_conj, rotate
+from mobius.mission.floor import Heights
 from mobius.robot import TICK
 from mobius.stack import FRAME_EVERY, Judge, Sample
 from mobius.types import Mode, StateEstimate
@@ -32,9 +33,11 @@ class MissionJudge(Judge):
     not judged. It is up again once it crawls or walks and is not down.
     """
 
-    def __init__(self, robot: Any, *, recovers: bool) -> None:
-        """Args: a SimRobot; whether a fall may be recovered from, else it ends the run."""
-        super().__init__(robot)
+    def __init__(self, robot: Any, *, recovers: bool, ground: Heights | None = None) -> None:
+        """Args: a SimRobot; whether a fall may be recovered from, else it ends the run; height of
+        the floor [m], which the trunk's is counted from, 0 if not given.
+        """
+        super().__init__(robot, ground=ground)
         self.recovers = recovers
         self.falls: list[float] = []
         """When it fell [s]."""
@@ -72,7 +75,8 @@ class MissionJudge(Judge):
         if body is None:
             return None
         up = float(rotate(quat_conj(truth.q_OB), _UP)[2 if body.heading == "crawl" else 0])
-        low = truth.p_OB[2] < body.fallen_below
+        floor = 0.0 if self.ground is None else float(self.ground(truth.p_OB[:2]))
+        low = truth.p_OB[2] - floor < body.fallen_below
         return bool(low or up < UPRIGHT or self.robot.trunk_grounded())
 
     def _twists(self, states: list[StateEstimate]) -> Array:

@@ -11,9 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobius.errors import InvalidInput, MapError
 from mobius.mission.body import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS, LANE, ROOM, fit_modes
-from mobius.plan import NoPlan, Weights, build_problem, check, solve
+from mobius.mission.prices import NO_PRICES, Prices
+from mobius.plan import NoPlan, build_problem, check, solve
 from mobius.types import GridMap, Mode, Plan
 from mobius.world import World, load_world
+from mobius.world.clearance import Clearance
+from mobius.world.load import blocked_pixels
 
 Array = NDArray[np.float64]
 
@@ -21,6 +24,9 @@ CLEARANCE_WANTED = 0.6
 """Cells closer than this to an obstacle [m] are dearer."""
 SLACK = 12
 """Steps that a plan may have on top of the fewest."""
+STATES = 150_000
+"""States that the search for a plan may go through; no clock, so that the same seed gives the
+same run however busy the machine is."""
 
 
 def open_world(
@@ -65,19 +71,22 @@ def plan_mission(
     *,
     start: ArrayLike | None = None,
     last_mode: Mode | None = None,
-    deadline_s: float = 2.0,
+    max_states: int = STATES,
+    prices: Prices = NO_PRICES,
 ) -> Plan:
     """The cheapest way of at most 12 steps more than the shortest; checked before it is driven.
 
     Proven where the plan's status is ``optimal``; else its gap says what is open. Cells admit
-    only modes that they have room for (:func:`mobius.mission.body.fit_modes`).
+    only modes that they have room for (:func:`mobius.mission.body.fit_modes`). The same
+    arguments give the same plan.
 
     Args:
         world: Where.
         modes: Of the plan.
         start: (2,) [m]; the map's own if not given.
         last_mode: The body the robot is in; it matters where changes cost.
-        deadline_s: Of the search [s].
+        max_states: Budget of the search.
+        prices: Of seconds, joules and changes of body, beside those of steps.
 
     Raises:
         NoPlan: There is no way; says so where lack of room for a forced mode is why.
@@ -89,14 +98,15 @@ def plan_mission(
             grid,
             start=start,
             modes=modes,
-            weights=Weights(W_exp=0.0),
+            weights=prices.weights(),
+            switch_cost=prices.switch_cost(),
             must_reach=True,
             early_stop=True,
             slack=SLACK,
             cell_cost=clearance_cost(world),
             last_mode=last_mode,
         )
-        plan = solve(problem, deadline_s=deadline_s)
+        plan = solve(problem, deadline_s=None, max_states=max_states)
     except (NoPlan, MapError) as error:
         cramped = _cramped(world, grid, modes)
         if cramped is None:
@@ -167,10 +177,11 @@ def _walking(mode: Mode) -> Mode:
 
 
 def room_of(world: World) -> Callable[[Array], float]:
-    """Distance [m] from a point (2,) of M to obstacles, that of its cell's centre."""
+    """Distance [m] from a point (2,) of M to obstacles, never too large; 0 off the map."""
+    raster = world.occupancy
+    clearance = Clearance(blocked_pixels(raster, world.raised), raster.resolution)
 
     def room(p: Array) -> float:
-        i, j = world.grid.cell_of(p)
-        return float(world.clearance[i, j]) if world.grid.holds((i, j)) else 0.0
+        return float(clearance.at(raster.to_local(p)))
 
     return room

@@ -11,6 +11,7 @@ from typing import Any
 from mobius.mission.body import check_modes
 from mobius.mission.drive import drive
 from mobius.mission.prepare import open_world, plan_mission
+from mobius.mission.prices import read_prices
 from mobius.mission.stagehand import Stagehand
 from mobius.mission.summary import summarise
 from mobius.results import Progress, staged, write_results
@@ -38,6 +39,9 @@ def run(
     modes: Iterable[str] = ("crawl",),
     regions: str | Path | None = None,
     scenario: str | Path | None = None,
+    costs: str | Path | None = None,
+    per_s: float = 0.0,
+    per_J: float = 0.0,
     seed: int = 0,
     randomised: bool = True,
     video: bool = True,
@@ -48,19 +52,21 @@ def run(
     """Drive a map from start to goal and write everything into ``out``.
 
     The folder appears when the run is over, whole; with ``replace`` it takes the place of
-    an older run.
+    an older run. ``costs`` is a file of measured seconds and joules
+    (:func:`mobius.plan.read_costs`), ``per_s`` and ``per_J`` are their prices in plans [points].
 
     Raises:
-        MobiusError: A mistake in map, regions, scenario, places, modes or policy; nothing has
-            been written.
+        MobiusError: A mistake in map, regions, scenario, costs, places, modes or policy;
+            nothing has been written.
     """
-    chosen = check_modes(modes)
+    chosen, prices = check_modes(modes), read_prices(costs, per_s=per_s, per_J=per_J)
     happens = None if scenario is None else read_scenario(scenario)
     world = open_world(source, start=start, goal=goal, regions=regions)
     if happens is not None and scenario is not None:
         check_scenario(happens, world.occupancy, scenario)
     with staged(out, replace=replace) as folder:
-        plan = plan_mission(Stagehand(world, happens).world(check=True), chosen)
+        there = Stagehand(world, happens).world(check=True)
+        plan = plan_mission(there, chosen, prices=prices)
         began = time.perf_counter()
         driven = drive(
             world,
@@ -70,6 +76,7 @@ def run(
             seed=seed,
             randomised=randomised,
             policy=policy,
+            prices=prices,
             progress=progress,
         )
         wall = time.perf_counter() - began

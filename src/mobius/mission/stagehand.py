@@ -6,12 +6,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from mobius.mission.body import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS
+from mobius.mission.body import BIPED_ROOM, FOOTPRINT_MARGIN
 from mobius.mission.pilot import Pilot
 from mobius.world import Scenario, Scenery, World, with_obstacles
 
-BERTH = FOOTPRINT_RADIUS + FOOTPRINT_MARGIN
-"""An obstacle does not come this near to the robot's trunk [m]; it waits."""
+BERTH = BIPED_ROOM + FOOTPRINT_MARGIN
+"""An obstacle does not come this near to the robot's trunk [m]; it waits. The robot may lie down
+or fall there."""
 
 
 class Stagehand:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mobius.mission.body import ARRIVE_WITHIN, DRIVABLE
+from mobius.mission.body import ARRIVE_WITHIN
 from mobius.mission.by_mode import by_mode, forced_modes
 from mobius.mission.drive import Driven
 from mobius.robot import TICK
@@ -50,7 +50,7 @@ def summarise(driven: Driven, *, seed: int, wall_s: float) -> dict[str, Any]:
             "modes": sorted({m.value for m in plan.modes}),
         },
         "modes": by_mode(record),
-        "mode_switches": _switches(record),
+        "mode_switches": _switches(driven),
         "forced_modes": forced,
         "forced_modes_used": all(f["used"] for f in forced.values()),
         "rolls": driven.pilot.rolls,
@@ -64,18 +64,19 @@ def summarise(driven: Driven, *, seed: int, wall_s: float) -> dict[str, Any]:
     }
 
 
-def _switches(record: RunRecord) -> dict[str, Any]:
-    """Changes between biped, crawl and roll, as planned and as driven, in all and per step."""
-    planned = sum(a is not b for a, b in pairwise(record.plan.modes))
-    names = [m.value for m in DRIVABLE]
-    driven = sum(a != b for a, b in pairwise(m for m in record.modes if m in names))
-    steps = max(len(record.plan.modes), 1)
+def _switches(driven: Driven) -> dict[str, Any]:
+    """Changes between biped, crawl and roll, in all and per step: of the first plan, and as
+    driven, over the steps made of all plans.
+    """
+    modes, pilot = driven.record.plan.modes, driven.pilot
+    planned = sum(a is not b for a, b in pairwise(modes))
     return {
-        "steps": len(record.plan.modes),
+        "steps": len(modes),
         "planned": planned,
-        "planned_per_step": planned / steps,
-        "driven": driven,
-        "driven_per_step": driven / steps,
+        "planned_per_step": planned / max(len(modes), 1),
+        "steps_driven": pilot.steps,
+        "driven": pilot.switches,
+        "driven_per_step": pilot.switches / max(pilot.steps, 1.0),
     }
 
 

@@ -101,6 +101,15 @@ class PathFollower:
         """Distance along the path of the robot's projection [m]."""
         return self._progress
 
+    @property
+    def twist(self) -> Array:
+        """(3,) commanded last [m/s, rad/s]."""
+        return self._twist.copy()
+
+    def go_on(self, twist: Array) -> None:
+        """Begin from a twist (3,) [m/s, rad/s] that another follower was commanding."""
+        self._twist = np.array(twist, dtype=float)
+
     def halt(self) -> None:
         """Begin again from standing, as after something else has moved the robot."""
         self._twist = np.zeros(3)

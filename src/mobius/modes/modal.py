@@ -113,6 +113,21 @@ class ModalFollower:
         """Changes of body and rolls that did not come about when asked for."""
         return sum(t.failures for t, _ in self._todo)
 
+    @property
+    def failed(self) -> list[Mode]:
+        """The mode that each of these was for."""
+        return [t.motion for t, _ in self._todo for _ in range(t.failures)]
+
+    @property
+    def share(self) -> float:
+        """How much of it is done, 0 to 1."""
+        return 1.0 if self.arrived else min(self.progress / max(self.length, 1e-9), 1.0)
+
+    @property
+    def leg_mode(self) -> Mode | None:
+        """The plan's mode of what the robot is about; None at the end."""
+        return None if self.arrived else self._todo[self._at][1].mode
+
     def mode(self) -> Mode:
         """The body for what the robot is about."""
         task = self.task
@@ -126,6 +141,12 @@ class ModalFollower:
         return task.follower.cross_track(p) if isinstance(task, Go) else leg.distance(p)
 
     # -- what to do -----------------------------------------------------------------------
+
+    def take_over(self, before: ModalFollower) -> None:
+        """Go on from the twist of the follower before, where both walk in the same body."""
+        now, first = before.task, next((t for t, _ in self._todo if isinstance(t, Go)), None)
+        if isinstance(now, Go) and first is not None and self.legs[0].mode is now.mode:
+            first.follower.go_on(now.follower.twist)
 
     def command(self, belief: StateEstimate, dt: float, actual: Mode) -> ModeCommand:
         """The command to send now.

@@ -64,6 +64,11 @@ class Task:
     failures: int = 0
     """Motions that were asked for and did not come about."""
 
+    @property
+    def motion(self) -> Mode:
+        """The mode that a motion of the task is for."""
+        return self.mode
+
     def __init__(self, config: TaskConfig) -> None:
         self.config = config
         self._began: float | None = None
@@ -120,10 +125,13 @@ class Become(Task):
         super().__init__(config)
         self.mode = mode
         self._asked = self._away = False
+        self._counted = False  # a failure that the robot still recovers from
         self._there: float | None = None
 
     def command(self, belief: StateEstimate, dt: float, actual: Mode) -> ModeCommand:
-        """Ask; a change that ends in the body it began in has failed and is asked for anew."""
+        """Ask; a change that ends in a recovery, or in the body it began in, has failed and is
+        asked for anew.
+        """
         if self._began is None:
             self._began = belief.stamp
         if actual is self.mode:
@@ -136,8 +144,13 @@ class Become(Task):
         if actual in PRIMARY:
             if self._away:
                 self.failures, self._away = self.failures + 1, False
+            self._counted = False
             if not self._asked and self.since(belief) < self.config.settle:
                 return stand(actual, belief)
+        elif actual is Mode.RECOVER:
+            if self._asked and not self._counted:
+                self.failures, self._counted = self.failures + 1, True
+            self._away = False
         else:
             self._away = self._asked
         self._asked = True
@@ -218,6 +231,11 @@ class Roll(Task):
         """Whether it came about."""
         self.refused = False
         """Whether there was no room."""
+
+    @property
+    def motion(self) -> Mode:
+        """It crawls before and after."""
+        return Mode.ROLL
 
     def command(self, belief: StateEstimate, dt: float, actual: Mode) -> ModeCommand:
         """Ask for the roll, wait for its end."""

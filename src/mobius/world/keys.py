@@ -12,6 +12,8 @@ import yaml
 from mobius.errors import MapError, did_you_mean
 
 _MAX_SHOWN = 40
+MAP = "a map.yaml"
+"""What :func:`read_yaml` reads, if not told otherwise."""
 
 
 def shown(text: object) -> str:
@@ -20,7 +22,7 @@ def shown(text: object) -> str:
     return f"'{flat[:_MAX_SHOWN]}...'" if len(flat) > _MAX_SHOWN else f"'{flat}'"
 
 
-def read_yaml(path: Path, *, what: str = "a map.yaml", first: str = "image: ...") -> Section:
+def read_yaml(path: Path, *, what: str = MAP, first: str = "image: ...") -> Section:
     """Read one yaml file that holds a mapping.
 
     Args:
@@ -37,13 +39,17 @@ def read_yaml(path: Path, *, what: str = "a map.yaml", first: str = "image: ..."
         near = [p.name for p in path.parent.glob("*.yaml")] if path.parent.is_dir() else []
         raise MapError(
             f"{path}: there is no such file.{did_you_mean(path.name, near)}"
-            " Check the path, or name a map that ships with mobius"
+            + (
+                " Check the path, or name a map that ships with mobius"
+                if what == MAP
+                else f" Check the path; expected {what}"
+            )
         ) from None
     except OSError as e:
         raise MapError(f"{path}: cannot be read ({e.strerror}); check the path") from None
     except UnicodeDecodeError as e:
         raise MapError(
-            f"{path}, byte {e.start}: expected UTF-8 text, got a binary file; name the map's .yaml"
+            f"{path}, byte {e.start}: expected UTF-8 text, got a binary file; name {what}"
         ) from None
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -53,8 +59,8 @@ def read_yaml(path: Path, *, what: str = "a map.yaml", first: str = "image: ..."
             f"{path}, line {line}: not valid yaml ({e.problem or e.context}); correct this line"
         ) from None
     except (yaml.YAMLError, RecursionError, ValueError) as e:
-        what = str(e).splitlines()[0] if str(e) else type(e).__name__
-        raise MapError(f"{path}: not valid yaml ({what}); write it again") from None
+        problem = str(e).splitlines()[0] if str(e) else type(e).__name__
+        raise MapError(f"{path}: not valid yaml ({problem}); write it again") from None
     if not isinstance(node, yaml.MappingNode):
         raise MapError(
             f"{path}, line 1: expected 'key: value' lines of {what}, got"

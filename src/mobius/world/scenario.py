@@ -12,7 +12,7 @@ events:                   # at a time of the run [s], or when the robot is in a 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -29,6 +29,8 @@ What = Literal["move", "add", "remove"]
 WHAT: tuple[What, ...] = ("move", "add", "remove")
 HEIGHT = 0.5
 """Of an obstacle that names none [m]."""
+LEAST = 0.02
+"""Edges and height of an obstacle are at least this [m]; physics knows no thinner boxes."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ class Event:
     """The change comes when the robot's trunk is in the cell of this point [m], or None."""
     place: str
     """Where it was written, for messages."""
+    keeps_yaw: bool = False
+    """Whether an obstacle that moves keeps the heading it has then; else ``area`` says it."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +79,25 @@ class Scenery:
     scenario: Scenario
     here: dict[str, Rectangle | None] = field(init=False)
     """Where every obstacle stands; None: nowhere."""
-    pending: list[Event] = field(init=False)
-    """Events that have not come yet, in the order of the file."""
+    later: list[Event] = field(init=False)
+    """Events whose time or place has not come yet, in the order of the file."""
+    held: list[Event] = field(init=False, default_factory=list)
+    """Events that are due but wait for room, or for one of the same obstacle that does; in the
+    order in which they became due."""
 
     def __post_init__(self) -> None:
         self.here = {o.name: o.area for o in self.scenario.obstacles}
-        self.pending = list(self.scenario.events)
+        self.later = list(self.scenario.events)
+
+    @property
+    def pending(self) -> list[Event]:
+        """Events that have not come yet."""
+        return [*self.held, *self.later]
+
+    @property
+    def comes_by_itself(self) -> bool:
+        """Whether something is to come though the robot stays where it is."""
+        return any(event.t is not None for event in self.later)
 
     @property
     def areas(self) -> tuple[Rectangle, ...]:
@@ -90,8 +107,9 @@ class Scenery:
     def due(self, t: float, xy_M: ArrayLike, grid: GridMap, *, room: float = 0.0) -> list[Event]:
         """Events that come now, taken off what is pending; obstacles are moved.
 
-        An obstacle that would come to stand within ``room`` of the robot waits until the robot
-        has left.
+        A place that was reached once stays reached. An obstacle that would come to stand within
+        ``room`` of the robot waits until the robot has left, and what happens to it afterwards
+        waits, too. What is returned says where the obstacle is now.
 
         Args:
             t: Time of the run [s].
@@ -99,18 +117,34 @@ class Scenery:
             grid: Its cells say what was reached.
             room: [m].
         """
-        at, now = tuple(grid.cell_of(xy_M)), []
-        for event in list(self.pending):
-            timely = event.t is not None and t >= event.t
-            there = event.reach is not None and tuple(grid.cell_of(event.reach)) == at
-            if not (timely or there):
-                continue
-            if event.area is not None and event.area.contains(xy_M, grown=room):
+        at = tuple(grid.cell_of(xy_M))
+        ripe = [
+            event
+            for event in self.later
+            if (event.t is not None and t >= event.t)
+            or (event.reach is not None and tuple(grid.cell_of(event.reach)) == at)
+        ]
+        self.later = [event for event in self.later if event not in ripe]
+        ripe.sort(key=lambda event: t if event.t is None else event.t)
+        due, self.held = [*self.held, *ripe], []
+        now, waiting = list[Event](), set[str]()
+        for event in due:
+            event = self._as_it_stands(event)
+            lacks = event.area is not None and bool(event.area.contains(xy_M, grown=room))
+            if lacks or event.obstacle in waiting:
+                waiting.add(event.obstacle)
+                self.held.append(event)
                 continue
             self.here[event.obstacle] = event.area
-            self.pending.remove(event)
             now.append(event)
         return now
+
+    def _as_it_stands(self, event: Event) -> Event:
+        """The event, with the heading that the obstacle has now where it keeps it."""
+        before = self.here[event.obstacle]
+        if not event.keeps_yaw or event.area is None or before is None:
+            return event
+        return replace(event, area=replace(event.area, yaw=before.yaw))
 
 
 def read_scenario(path: str | Path) -> Scenario:
@@ -133,11 +167,15 @@ def read_scenario(path: str | Path) -> Scenario:
             " 'obstacles: [{name: crate, center: [3, 2], size: [0.5, 0.5]}]'"
         )
     events = [_event(item, obstacles) for item in section.sections("events")]
+    for obstacle in obstacles.values():
+        _check_order(obstacle, [e for e in events if e.obstacle == obstacle.name])
     return Scenario(tuple(obstacles.values()), tuple(events))
 
 
 def check_scenario(scenario: Scenario, raster: OccupancyMap, path: str | Path) -> None:
-    """Raise :class:`MapError` where an obstacle stands, or is to come, off the map."""
+    """Raise :class:`MapError` where an obstacle stands, or is to come, off the map, or where
+    an event waits for the robot to reach what it never can.
+    """
     places = [(f"{path}: obstacle '{o.name}'", o.area) for o in scenario.obstacles]
     places += [(e.place, e.area) for e in scenario.events]
     for name, area in places:
@@ -148,6 +186,41 @@ def check_scenario(scenario: Scenario, raster: OccupancyMap, path: str | Path) -
                 f"{name}: ({x:g}, {y:g}) m lies off the map of {w:.2f} x {h:.2f} m; give metres"
                 " in frame map"
             )
+    for event in scenario.events:
+        if event.reach is None:
+            continue
+        pixel, (x, y) = raster.pixel_of(np.array(event.reach)), event.reach
+        if not raster.holds(pixel) or raster.occupied[tuple(pixel)]:
+            where = "lies in an obstacle" if raster.holds(pixel) else "lies off the map"
+            raise MapError(
+                f"{event.place}: 'reach' ({x:g}, {y:g}) m {where}, so the robot is never there;"
+                " name a point on its way, metres in frame map"
+            )
+
+
+def _check_order(obstacle: Obstacle, events: list[Event]) -> None:
+    """Refuse to add what stands there already, and to move or remove what is nowhere.
+
+    Events that wait for a place may come in any order: then only what can never be is refused.
+    """
+    ordered = all(e.t is not None for e in events)
+    if ordered:
+        events = sorted(events, key=lambda e: e.t or 0.0)
+    kinds = {e.what for e in events}
+    stands = obstacle.area is not None
+    for event in events:
+        adds = event.what == "add"
+        maybe = not ordered and bool(kinds & ({"remove"} if adds else {"add"}))
+        if adds is stands and not maybe:
+            raise MapError(
+                f"{event.place}: '{obstacle.name}' stands there already; write 'move', or remove"
+                " it first"
+                if adds
+                else f"{event.place}: '{obstacle.name}' stands nowhere then; add it first, or give"
+                " the obstacle a 'center'"
+            )
+        if ordered:
+            stands = event.what != "remove"
 
 
 def _obstacle(item: Section) -> Obstacle:
@@ -156,9 +229,11 @@ def _obstacle(item: Section) -> Obstacle:
     if not name.replace("_", "").replace("-", "").isalnum():
         raise item.error("name", f"expected letters, digits, - and _, got '{name}'")
     size = _pair(item, "size", "[0.6, 0.4]")
-    if min(size) <= 0:
-        raise item.error("size", f"expected two lengths > 0 [m], got [{size[0]:g}, {size[1]:g}]")
-    height = item.number("height", example="0.5", above=0.0) if "height" in item else HEIGHT
+    if min(size) < LEAST:
+        raise item.error(
+            "size", f"expected two lengths >= {LEAST:g} [m], got [{size[0]:g}, {size[1]:g}]"
+        )
+    height = item.number("height", example="0.5", low=LEAST) if "height" in item else HEIGHT
     if "center" not in item:
         if "yaw" in item:
             raise item.error("yaw", "has no 'center'; add it, or give 'yaw' where it is added")
@@ -199,6 +274,7 @@ def _event(item: Section, obstacles: Mapping[str, Obstacle]) -> Event:
         t=item.number("t", example="12.0", low=0.0) if "t" in item else None,
         reach=_pair(item, "reach", "[5.0, 3.0]") if "reach" in item else None,
         place=f"{item.file}, line {item.line}, key '{item.path.rstrip('.')}'",
+        keeps_yaw=what == "move" and "yaw" not in item,
     )
 
 
