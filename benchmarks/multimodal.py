@@ -78,14 +78,15 @@ def verdict(name: str, rows: list[dict[str, Any]]) -> tuple[bool, str]:
 def main() -> None:
     """Run all maps and seeds."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("maps", nargs="*", default=["multimodal"])
+    parser.add_argument("maps", nargs="*", default=[])
     parser.add_argument("--depot", type=Path)
     parser.add_argument("--modes", default="crawl,biped,roll")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
-    jobs: list[tuple[str, dict[str, Any]]] = [(m, {"modes": [args.modes]}) for m in args.maps]
+    maps = args.maps or ([] if args.depot else ["multimodal"])
+    jobs: list[tuple[str, dict[str, Any]]] = [(m, {"modes": [args.modes]}) for m in maps]
     if args.depot is not None:
         jobs.append((str(args.depot), {"modes": [args.modes], "regions": REGIONS, **DEPOT_ENDS}))
     results: dict[str, list[dict[str, Any]]] = {}

@@ -40,7 +40,8 @@ def test_a_motion_that_is_not_there_is_named():
 
 def test_shortened_push_ups_are_the_first_of_them():
     whole, few = load_motion("push_ups"), shortened(load_motion("push_ups"), 3)
-    assert len(few.stages) * 20 == len(whole.stages) * 3
+    assert len(few.stages) == 3 * 2  # down and up, three times
+    assert len(whole.stages) >= 20 * 2
     assert few.stages == whole.stages[: len(few.stages)]
     once = load_motion("roll")
     assert shortened(once, 3).stages == once.stages
