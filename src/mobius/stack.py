@@ -175,6 +175,19 @@ class Stack:
         self._last_energy = self.energy
         return Sample(self.tick, frame, belief, self._command, sent, self.energy, power)
 
+    def replace(self, mode: Mode, controller: Controller) -> None:
+        """Let another controller serve a mode from now on, also if it is the one that is on.
+
+        Raises:
+            InvalidInput: The mode has no controller that could be replaced.
+        """
+        if mode not in self.controllers:
+            names = ", ".join(sorted(self.controllers))
+            raise InvalidInput(f"mode '{mode}' has no controller to replace; there are: {names}")
+        self.controllers[mode] = controller
+        if mode is self._active:
+            self._change(mode)
+
     def _stop(self) -> None:
         """Soft servos at once, between two samples."""
         belief = self.estimator.belief()

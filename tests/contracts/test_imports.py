@@ -20,12 +20,12 @@ SOURCE = ROOT / "src" / "mobius"
 
 LAYERS = (
     ("cli", "__main__"),
-    ("choreography",),
+    ("choreography", "drive"),
     ("mission", "evaluate", "bench", "reproduce"),
     ("reel",),
     ("results",),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
-    ("assemble",),
+    ("assemble", "pace"),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
     ("model",),

@@ -5,7 +5,7 @@ import pytest
 
 from mobius.errors import MapError
 from mobius.geometry import rpy_to_quat
-from mobius.mission.pilot import AGAIN, AGAIN_S, GIVE_UP, GIVE_UP_AT_LAST, Pilot
+from mobius.mission.pilot import AGAIN, AGAIN_S, GIVE_UP, GIVE_UP_AT_LAST, Pilot, footholds
 from mobius.mission.prepare import open_world, plan_mission, room_of
 from mobius.plan import NoPlan
 from mobius.types import Mode, Plan, StateEstimate
@@ -207,9 +207,9 @@ def test_no_foothold_is_behind_a_wall(world):
     pilot.know(with_obstacles(world, [wall]))
     for side in (-1.0, 1.0):
         at = np.array([-0.6 + side * 0.3, -0.75])
-        footholds = np.array(pilot._footholds(at)).reshape(-1, 2)
-        assert (side * (footholds[:, 0] + 0.6) > 0).all()
-        assert len(footholds)
+        found = np.array(footholds(pilot.world, at)).reshape(-1, 2)
+        assert (side * (found[:, 0] + 0.6) > 0).all()
+        assert len(found)
 
 
 def test_plans_on_the_way_have_no_clock(world, monkeypatch):

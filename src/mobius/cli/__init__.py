@@ -12,6 +12,7 @@ import tyro
 from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
+from mobius.cli.live import Drive
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
@@ -23,6 +24,7 @@ from mobius.errors import MobiusError, UnknownName
 VERBS: dict[str, Callable[..., Any]] = {
     "demo": Demo,
     "run": Run,
+    "drive": Drive,
     "plan": PlanVerb,
     "reel": Reel,
     "sweep": Sweep,

@@ -209,7 +209,7 @@ class Pilot:
         """A plan from the robot's cell, or from the nearest one that there is a way from."""
         problem: MobiusError = MapError("no free cell is near the robot")
         for world in self._worlds():
-            for start in self._footholds(xy):
+            for start in footholds(self.world, xy, solid=self._solid):
                 try:
                     plan = self._planning(
                         world, self.modes, start=start, last_mode=actual, prices=self._prices
@@ -243,25 +243,6 @@ class Pilot:
             return self.world
         return replace(self.world, grid=replace(grid, allowed=allowed))
 
-    def _footholds(self, xy: Array) -> list[Array]:
-        """Points (2,) [m] to plan from, the nearest first: the robot's own if its cell is free."""
-        grid = self.world.grid
-        cell = tuple(grid.cell_of(xy))
-        if grid.holds(cell) and not grid.blocked[cell]:
-            return [xy]
-        centers = grid.center_of(np.argwhere(~grid.blocked))
-        far = np.linalg.norm(centers - xy, axis=1)
-        near = [centers[k] for k in np.argsort(far, kind="stable") if far[k] <= FOOTHOLD]
-        return [c for c in near if self._is_open(xy, c)][:FOOTHOLDS]
-
-    def _is_open(self, a: Array, b: Array) -> bool:
-        """Whether nothing is on the line from a to b, (2,) [m] each, but what a may be in."""
-        raster = self.world.occupancy
-        count = int(np.ceil(np.linalg.norm(b - a) / (0.4 * raster.resolution))) + 1
-        pixels = raster.pixel_of(a + np.linspace(0.0, 1.0, count)[:, None] * (b - a))
-        hits = [not raster.holds(p) or bool(self._solid[tuple(p)]) for p in pixels]
-        return not any(hits[hits.index(False) :]) if False in hits else False
-
     def _follow(self, plan: Plan) -> ModalFollower:
         return ModalFollower(
             plan,
@@ -274,3 +255,34 @@ class Pilot:
 def _solid(world: World) -> NDArray[np.bool_]:
     """(h, w) pixels in which something stands that the trunk cannot pass."""
     return blocked_pixels(world.occupancy, world.raised, unknown_blocks=False)
+
+
+def footholds(world: World, xy: Array, *, solid: NDArray[np.bool_] | None = None) -> list[Array]:
+    """Points (2,) [m] to plan from for a robot at ``xy`` (2,) [m], the nearest first.
+
+    The robot's own if its cell is free, else the centres of free cells near it that nothing
+    stands before.
+
+    Args:
+        world: Where.
+        xy: The trunk.
+        solid: Pixels that the trunk cannot pass, where they are known already.
+    """
+    grid = world.grid
+    cell = tuple(grid.cell_of(xy))
+    if grid.holds(cell) and not grid.blocked[cell]:
+        return [xy]
+    blocked = _solid(world) if solid is None else solid
+    centers = grid.center_of(np.argwhere(~grid.blocked))
+    far = np.linalg.norm(centers - xy, axis=1)
+    near = [centers[k] for k in np.argsort(far, kind="stable") if far[k] <= FOOTHOLD]
+    return [c for c in near if _is_open(world, blocked, xy, c)][:FOOTHOLDS]
+
+
+def _is_open(world: World, solid: NDArray[np.bool_], a: Array, b: Array) -> bool:
+    """Whether nothing is on the line from a to b, (2,) [m] each, but what a may be in."""
+    raster = world.occupancy
+    count = int(np.ceil(np.linalg.norm(b - a) / (0.4 * raster.resolution))) + 1
+    pixels = raster.pixel_of(a + np.linspace(0.0, 1.0, count)[:, None] * (b - a))
+    hits = [not raster.holds(p) or bool(solid[tuple(p)]) for p in pixels]
+    return not any(hits[hits.index(False) :]) if False in hits else False

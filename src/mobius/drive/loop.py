@@ -1,0 +1,193 @@
+"""The loop in a process of its own, and the viewer's end of the line to it.
+
+The line is a pair of connected sockets. The loop never waits for the viewer: with
+:data:`UNSEEN` snapshots under way that nobody has seen it sends none, and it stops the robot when
+beats fail to come. When the line breaks, the loop ends.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from typing import Any
+
+from mobius.drive.guide import Planner
+from mobius.drive.session import Session
+from mobius.errors import MobiusError
+from mobius.headless import import_mujoco
+from mobius.pace import Pace
+from mobius.view.live.nouns import Beat, Keeping, Request, Scene, Snapshot, Way
+
+UNSEEN = 8
+"""Snapshots that may be under way."""
+FROZEN_S = 0.02
+"""Between two looks at the requests while time stands still [s]."""
+
+
+class Line:
+    """The viewer's end: requests go in, scenes, plans and snapshots come out."""
+
+    def __init__(self, source: str, *, seed: int = 0, randomised: bool = True) -> None:
+        """Start the loop's process and wait until the robot stands.
+
+        Raises:
+            MobiusError: The map cannot be used.
+        """
+        context = multiprocessing.get_context("spawn")
+        self._line, theirs = context.Pipe()
+        self._process = context.Process(
+            target=run_loop, args=(theirs, source, seed, randomised), name="mobius-loop"
+        )
+        self._process.start()
+        theirs.close()
+        first = self._receive()
+        if isinstance(first, MobiusError):
+            self._process.join()
+            raise first
+        self.first: Scene = first
+
+    @property
+    def alive(self) -> bool:
+        """Whether the loop runs."""
+        return self._process.is_alive()
+
+    def send(self, request: Request) -> None:
+        """Ask something of the loop; nothing happens where it has ended."""
+        try:
+            self._line.send(request)
+        except (BrokenPipeError, ConnectionResetError):
+            return
+
+    def come(self, timeout: float = 0.0) -> Iterator[Scene | Way | Snapshot]:
+        """What has come since last asked, waiting at most ``timeout`` [s] for the first."""
+        try:
+            while self._line.poll(timeout):
+                timeout = 0.0
+                yield self._line.recv()
+        except (EOFError, ConnectionResetError, BrokenPipeError):
+            return
+
+    def close(self) -> None:
+        """End the loop and wait for it."""
+        self._line.close()
+        self._process.join(timeout=5.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+    def _receive(self) -> Any:
+        try:
+            return self._line.recv()
+        except EOFError:
+            self._process.join()
+            raise RuntimeError(f"the loop ended, exit code {self._process.exitcode}") from None
+
+
+def run_loop(line: Connection, source: str, seed: int, randomised: bool) -> None:
+    """The process: a session in real time until the line breaks."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer ends it
+    import_mujoco()
+    planner = Planner()
+    hurry()
+    try:
+        try:
+            session = Session(source, planner, seed=seed, randomised=randomised)
+        except MobiusError as error:
+            line.send(error)
+            return
+        LoopEnd(line, session).run()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+    finally:
+        planner.close()
+
+
+def hurry() -> bool:
+    """Ask for real-time scheduling, as control loops do; whether the machine granted it.
+
+    A page drawn without a graphics card takes every core there is.
+    """
+    flag = getattr(os, "SCHED_RESET_ON_FORK", 0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR | flag, os.sched_param(10))
+    except (AttributeError, OSError):
+        return False
+    return True
+
+
+class LoopEnd:
+    """The loop's end of the line."""
+
+    def __init__(
+        self, line: Any, session: Session, *, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self._line, self._session, self._clock = line, session, clock
+        self._pace = Pace(session.stack)
+        self._under_way: deque[int] = deque()
+        self._scene = self._way = 0
+        self._tell_changes()
+
+    def run(self) -> None:
+        """Turn until the line breaks; then the log that was begun is written."""
+        try:
+            while True:
+                self.turn()
+        finally:
+            self._session.log.end()
+
+    def turn(self) -> None:
+        """One tick; at 60 Hz requests are taken and a snapshot is sent."""
+        session = self._session
+        if session.frozen:
+            self._pace.pause()
+            time.sleep(FROZEN_S)
+            self._hear()
+            return
+        sample = self._pace.turn(session.source(self._clock))
+        if sample is None:
+            return
+        self._hear()
+        if session.stack is not self._pace.stack:  # begun anew
+            self._pace.restart(session.stack)
+            self._tell_changes()
+            return
+        snapshot = session.see(sample, self._keeping())
+        self._tell_changes()
+        if len(self._under_way) < UNSEEN:
+            self._line.send(snapshot)
+            self._under_way.append(snapshot.number)
+
+    def _hear(self) -> None:
+        now = self._clock()
+        while self._line.poll():
+            request = self._line.recv()
+            if isinstance(request, Beat):
+                while self._under_way and self._under_way[0] <= request.seen:
+                    self._under_way.popleft()
+            self._session.take(request, now)
+        self._session.watch(now)
+
+    def _tell_changes(self) -> None:
+        """Send a scene or plan that is new."""
+        scene, way = self._session.scene_number, self._session.way
+        if scene != self._scene:
+            self._scene = scene
+            self._line.send(self._session.scene)
+        if way.number != self._way:
+            self._way = way.number
+            self._line.send(way)
+
+    def _keeping(self) -> Keeping:
+        timing = self._pace.timing()
+        return Keeping(
+            factor=timing.recent_factor,
+            misses=timing.miss_share,
+            late_p99_ms=1e3 * timing.late_p99,
+            dropped_s=timing.dropped,
+        )

@@ -1,0 +1,352 @@
+"""Who may talk to the page: the doors of Studio's web server.
+
+MuJoCo Studio 4.0 binds its web server to all interfaces and asks nobody who they are. Here it is
+bound to the loopback, or to an address that was asked for together with a token; every request,
+WebSockets included, is checked before Studio sees it:
+
+- its Host must be one of ours (a page elsewhere whose name resolves to this machine is refused),
+- its Origin, where the browser names one, must be this very page, and a cross-site request for
+  anything but the page itself is refused,
+- with a token it must carry it, as ``?token=`` once and as a cookie from then on.
+
+The same door serves :file:`pulse.js`, which the page runs beside Studio's client, and hears what
+it says (:class:`Pulse`).
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import json
+import math
+import secrets
+import socket
+import threading
+import time
+import urllib.parse
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from importlib.resources import files
+from typing import Any
+
+from mobius.errors import InvalidInput
+
+COOKIE = "mobius_token"
+LONGEST_PULSE = 4096
+"""Longest message of a pulse [characters]."""
+FRESH = 0.35
+"""Keys that were told longer ago than that [s] are let go; a page tells them 20 times a second."""
+SILENT = 1.0
+"""A page that has said nothing for so long [s] is gone; one that closes is gone at once."""
+HELD_UP = 10.0
+"""A page that has been held up for so long [s] is gone, too. Drawn without a graphics card it is
+held up for seconds; its keys are let go all the same."""
+
+
+@dataclass
+class Pulse:
+    """What the page that has the controls says of itself; other pages only watch."""
+
+    clock: Callable[[], float] = time.monotonic
+    pages: dict[str, None] = field(default_factory=dict)
+    """Sessions that asked for the controls and are connected; the first has them."""
+    heard: float = -1e9
+    """When that page was last heard of [s]."""
+    focus: bool = True
+    """Whether it has the keyboard."""
+    keys: frozenset[str] = frozenset()
+    """Drive keys that are held, by their code in the browser (``ArrowUp``, ``KeyQ``)."""
+    axes: tuple[float, ...] = ()
+    """Of its first gamepad, -1 to 1, standard mapping."""
+    buttons: tuple[int, ...] = ()
+
+    age: float = 0.0
+    """How old [s] what it said was when it said it: a page that is held up lets its worker speak
+    on."""
+
+    @property
+    def there(self) -> bool:
+        """Whether a page has the controls and goes on saying so."""
+        fresh = self.clock() - self.heard <= SILENT and self.age <= HELD_UP
+        return bool(self.pages) and fresh
+
+    @property
+    def hands(self) -> bool:
+        """Whether its keys and gamepad are known as they are now."""
+        return self.there and self.clock() - self.heard + self.age <= FRESH
+
+    def enter(self, session: str) -> None:
+        """A page asks for the controls."""
+        self.pages[session] = None
+
+    def leave(self, session: str) -> None:
+        """It is gone; whoever comes next starts with no key held."""
+        if next(iter(self.pages), None) == session:
+            self.heard, self.keys, self.axes, self.buttons = -1e9, frozenset(), (), ()
+        self.pages.pop(session, None)
+
+    def hear(self, session: str, text: str) -> None:
+        """Take in one message of :file:`pulse.js`; what is none counts for nothing."""
+        if next(iter(self.pages), None) != session:
+            return
+        try:
+            said = json.loads(text[:LONGEST_PULSE])
+            pad = said.get("pad") or {}
+            axes = tuple(float(v) for v in pad.get("axes", ()))
+            buttons = tuple(int(bool(v)) for v in pad.get("buttons", ()))
+            keys = frozenset(str(k) for k in said["keys"])
+            focus, age = bool(said["focus"]), float(said.get("age", 0.0))
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            return
+        if all(map(math.isfinite, (*axes, age))) and age >= 0.0:
+            self.focus, self.keys, self.age, self.buttons = focus, keys, age, buttons
+            self.axes = tuple(max(-1.0, min(1.0, v)) for v in axes)
+            self.heard = self.clock()
+
+
+@dataclass(frozen=True)
+class Door:
+    """Where the server listens, and whom it lets in."""
+
+    host: str = "127.0.0.1"
+    port: int = 8080
+    """0: any free port from 8080 on."""
+    token: str = ""
+    """Empty: none needed, on the loopback alone."""
+
+    def __post_init__(self) -> None:
+        if not is_loopback(self.host) and len(self.token) < 16:
+            raise InvalidInput(
+                f"--host {self.host} lets other machines in: expected a token of at least 16"
+                " characters, or none on 127.0.0.1"
+            )
+        if not 0 <= self.port < 65536:
+            raise InvalidInput(f"--port: expected 0 to 65535, got {self.port}")
+
+    def refuses(self, method: str, path: str, headers: Any, port: int) -> tuple[int, str] | None:
+        """Status and reason of a refusal; None lets the request in.
+
+        Args:
+            method: Of HTTP.
+            path: With its query.
+            headers: Offers ``get_all(name)``.
+            port: On which the server listens.
+        """
+        del method
+        host = _one(headers, "Host")
+        if host is None or not self._ours(host, port):
+            return 403, f"refused: open http://{self.address(port)}/ instead"
+        origin = _one(headers, "Origin")
+        if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
+            return 403, "refused: a page from elsewhere"
+        bare = path.partition("?")[0]
+        far = _one(headers, "Sec-Fetch-Site") in ("cross-site", "same-site")
+        if far and not (bare == "/" and _one(headers, "Sec-Fetch-Mode") == "navigate"):
+            return 403, "refused: a request from elsewhere"
+        if self.token and not self._known(path, headers):
+            return 401, "refused: open the address with its token, as it was printed"
+        return None
+
+    def address(self, port: int) -> str:
+        """Host and port to type into a browser."""
+        host = "localhost" if is_loopback(self.host) else self.host
+        return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+    def _ours(self, host: str, port: int) -> bool:
+        """Whether a Host header names us; with a token any name may, for tunnels and DNS."""
+        names = ("localhost", "127.0.0.1", "[::1]")
+        return bool(self.token) or host in {f"{name}:{port}" for name in names}
+
+    def _known(self, path: str, headers: Any) -> bool:
+        query = urllib.parse.parse_qs(path.partition("?")[2])
+        given = query.get("token", [])
+        for line in headers.get_all("Cookie"):
+            try:
+                cookie = SimpleCookie(line)
+            except CookieError:
+                continue
+            if COOKIE in cookie:
+                given.append(cookie[COOKIE].value)
+        return any(hmac.compare_digest(v.encode(), self.token.encode()) for v in given)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address or name is this machine alone."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def new_token() -> str:
+    """A token nobody can guess."""
+    return secrets.token_urlsafe(24)
+
+
+@dataclass
+class Opened:
+    """How far the server is."""
+
+    port: int = 0
+    """On which it listens."""
+    serving: threading.Event = field(default_factory=threading.Event)
+    """Set once it answers."""
+
+
+@contextmanager
+def guarded(door: Door, pulse: Pulse) -> Iterator[Opened]:
+    """Web viewers of Studio that are started inside the block stand behind the door.
+
+    Stay in the block until :attr:`Opened.serving` is set.
+
+    Raises:
+        RuntimeError: Studio is not as it is known here; nothing has been opened.
+    """
+    from mujoco.studio import web_viewer
+    from mujoco.studio.web import web_server
+
+    bind, serve = (
+        getattr(web_server, "bind_public_socket", None),
+        getattr(web_server, "serve", None),
+    )
+    if bind is None or serve is None:
+        raise RuntimeError(
+            "MuJoCo Studio has changed: its web server has no bind_public_socket or serve; it"
+            " cannot be bound to the loopback, so it is not started"
+        )
+
+    opened = Opened()
+
+    def bind_here(host: str, port: int = 0) -> socket.socket:
+        del host  # Studio's own: all interfaces
+        sock: socket.socket = bind("127.0.0.1" if door.host == "localhost" else door.host, port)
+        opened.port = sock.getsockname()[1]
+        return sock
+
+    web_server.bind_public_socket = bind_here
+    web_server.serve = _serving(serve, door, pulse, opened)
+    web_viewer._print_url_banner = lambda *_: None  # it says that nobody is asked who they are
+    try:
+        yield opened
+    finally:
+        web_server.bind_public_socket, web_server.serve = bind, serve
+
+
+def _serving(serve: Any, door: Door, pulse: Pulse, opened: Opened) -> Any:
+    """``websockets.serve`` with the door before its requests."""
+
+    def served(handler: Callable[[Any], Awaitable[None]], **options: Any) -> Any:
+        studio, studios = options["process_request"], options["process_response"]
+        port = options["sock"].getsockname()[1]
+
+        def process_request(connection: Any, request: Any) -> Any:
+            refusal = door.refuses("GET", request.path, request.headers, port)
+            if refusal is not None:
+                return _answer(*refusal)
+            path = request.path.partition("?")[0]
+            if path == "/pulse":
+                return None
+            if path == "/pulse.js":
+                return _answer(200, _pulse_js(), "text/javascript")
+            response = studio(connection, request)
+            if (
+                path in ("/", "/index.html")
+                and response is not None
+                and response.status_code == 200
+            ):
+                return _page(response, door)
+            return response
+
+        def process_response(connection: Any, request: Any, response: Any) -> Any:
+            response = studios(connection, request, response) or response
+            for name in ("Access-Control-Allow-Origin", "Cross-Origin-Resource-Policy"):
+                if name in response.headers:  # Studio: everybody
+                    del response.headers[name]
+            response.headers["Cross-Origin-Resource-Policy"] = "same-origin"
+            return response
+
+        async def handle(ws: Any) -> None:
+            match _path(ws):
+                case "/pulse":
+                    await _listen(ws, pulse)
+                case "/ui":
+                    session = _session(ws)
+                    pulse.enter(session)
+                    try:
+                        await handler(ws)
+                    finally:
+                        pulse.leave(session)
+                case _:
+                    await handler(ws)
+
+        options["process_request"] = process_request
+        options["process_response"] = process_response
+        opened.serving.set()
+        return serve(handle, **options)
+
+    return served
+
+
+async def _listen(ws: Any, pulse: Pulse) -> None:
+    """Hear one page until it goes."""
+    from websockets.exceptions import ConnectionClosed
+
+    with suppress(ConnectionClosed):
+        async for message in ws:
+            if isinstance(message, str):
+                pulse.hear(_session(ws), message)
+
+
+def _path(ws: Any) -> str:
+    return "" if ws.request is None else str(ws.request.path.partition("?")[0])
+
+
+def _session(ws: Any) -> str:
+    """The session that a page names in the address, as Studio's client does."""
+    query = urllib.parse.parse_qs("" if ws.request is None else ws.request.path.partition("?")[2])
+    return query.get("sid", [""])[0]
+
+
+def _answer(status: int, text: str, kind: str = "text/plain") -> Any:
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    body = text.encode()
+    headers = Headers()
+    headers["Content-Type"] = f"{kind}; charset=utf-8"
+    headers["Content-Length"] = str(len(body))
+    headers["Cache-Control"] = "no-store"
+    headers["Cross-Origin-Resource-Policy"] = "same-origin"
+    reason = {200: "OK", 401: "Unauthorized", 403: "Forbidden"}[status]
+    return Response(status, reason, headers, body)
+
+
+def _page(response: Any, door: Door) -> Any:
+    """Studio's page with our script in it; it may stand in no frame of another page."""
+    body = response.body.replace(b"</head>", b'<script src="/pulse.js"></script></head>', 1)
+    headers = response.headers
+    for name, value in (
+        ("Content-Length", str(len(body))),
+        ("X-Frame-Options", "DENY"),
+        ("Referrer-Policy", "no-referrer"),
+    ):
+        if name in headers:
+            del headers[name]
+        headers[name] = value
+    if door.token:
+        headers["Set-Cookie"] = f"{COOKIE}={door.token}; HttpOnly; SameSite=Strict; Path=/"
+    return type(response)(response.status_code, response.reason_phrase, headers, body)
+
+
+def _pulse_js() -> str:
+    return files("mobius.view.live").joinpath("pulse.js").read_text(encoding="utf-8")
+
+
+def _one(headers: Any, name: str) -> str | None:
+    """The only value of a header; a header given twice counts as a strange one."""
+    values = headers.get_all(name)
+    return None if not values else values[0] if len(values) == 1 else ", ".join(values)

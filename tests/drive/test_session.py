@@ -1,0 +1,193 @@
+"""A person at the controls, in simulated time."""
+
+import numpy as np
+import pytest
+
+from mobius.types import Mode
+from mobius.view.live.nouns import (
+    Beat,
+    Drag,
+    Go,
+    Halt,
+    LoadMap,
+    MakePlan,
+    Place,
+    Push,
+    Record,
+    Release,
+    Reset,
+    SpeedLimit,
+    UsePolicy,
+    Wait,
+    WantMode,
+)
+
+AHEAD = Beat(page=True, driving=True, share=(1.0, 0.0, 0.0))
+
+
+def test_a_held_key_moves_the_robot_and_letting_go_stops_it_within_half_a_second(live):
+    live.run(1.0)
+    x = live.last.true_pose[0]
+    live.run(3.0, AHEAD)
+    assert live.last.true_pose[0] - x > 0.5
+    live.run(0.5, Beat(page=True, driving=True))
+    assert np.linalg.norm(live.last.twist[2, :2]) < 0.1
+    x = live.last.true_pose[0]
+    live.run(1.0, Beat(page=True, driving=True))
+    assert abs(live.last.true_pose[0] - x) < 0.05 and live.last.mode == "crawl"
+
+
+@pytest.mark.parametrize("left", [None, Beat(page=False)])
+def test_a_viewer_or_page_that_is_gone_stops_the_robot_within_half_a_second(live, left):
+    live.run(1.0)
+    live.run(1.5, AHEAD)
+    live.run(0.5, left)
+    assert live.last.stopped and "gone" in live.last.message
+    assert np.linalg.norm(live.last.twist[2, :2]) < 0.1
+
+
+def test_the_stop_holds_against_keys_and_plans_until_it_is_released(live):
+    live.run(1.0)
+    live.ask(Halt("emergency stop (Space)"))
+    live.ask(Go(("crawl",)))
+    live.run(1.0, AHEAD)
+    assert live.last.stopped and not live.last.following
+    live.ask(Release())
+    live.run(4.0)
+    assert live.last.mode == "crawl" and not live.last.stopped
+
+
+def test_a_body_is_reached_through_the_mode_machine_and_keys_go_to_the_body_it_is(live):
+    live.run(1.0)
+    live.ask(WantMode("biped"))
+    live.run(0.2)
+    assert live.last.mode == "crawl" and "on the way" in live.last.notice
+    live.run(7.0)
+    assert live.last.mode == "biped"
+    live.run(1.0, AHEAD)
+    assert live.last.twist[0, 0] == pytest.approx(0.25)
+
+
+def test_a_roll_is_made_once(live_on, open_floor):
+    live = live_on(str(open_floor))
+    live.run(1.0)
+    live.ask(WantMode("roll"))
+    seen = []
+    for _ in range(60):
+        live.run(0.2)
+        seen.append(live.last.mode)
+    assert "roll" in seen and seen[-1] == "crawl" and live.last.wanted == "crawl"
+
+
+def test_a_plan_is_made_followed_and_paused_and_a_key_takes_the_robot_from_it(live):
+    live.run(1.6)
+    live.ask(Go(("crawl",)))
+    live.run(2.0)
+    assert live.last.following and live.session.way.status.startswith("optimal")
+    assert live.last.twist[0].any()
+    live.ask(Wait())
+    live.run(0.5)
+    assert not live.last.following and not live.last.twist[0].any()
+    live.ask(Go(("crawl",)))
+    live.run(0.2)
+    assert live.last.following
+    live.run(0.1, AHEAD)
+    live.run(0.1)
+    assert not live.last.following
+
+
+def test_a_goal_is_set_and_a_bad_one_is_explained_with_the_nearest_good_one(live):
+    live.run(0.1)
+    live.ask(Place(goal=(2.8, 1.2)))
+    assert live.session.way.goal == (2.8, 1.2)
+    live.ask(Place(goal=(0.1, 0.1)))
+    assert "nearest free cell" in live.session.message
+    assert live.session.way.goal == (2.8, 1.2)
+    live.ask(Place(goal=(99.0, 0.0)))
+    assert "off the map" in live.session.message
+
+
+def test_the_robot_is_put_at_another_start_and_keeps_its_goal(live):
+    scene = live.session.scene_number
+    live.ask(Place(goal=(2.8, 1.2)))
+    live.ask(Place(start=(1.8, 3.2)))
+    live.run(0.1)
+    assert np.allclose(live.last.true_pose[:2], (1.8, 3.2), atol=0.02)
+    assert live.session.way.goal == (2.8, 1.2) and live.session.scene_number == scene + 1
+
+
+@pytest.mark.parametrize(
+    ("request_", "says"),
+    [
+        (LoadMap("nope"), "unknown map 'nope'"),
+        (WantMode("fly"), "unknown mode 'fly'"),
+        (SpeedLimit(3.0), "speed limit"),
+        (Push(9.0, 0.0), "push: expected 0 to 2"),
+        (UsePolicy("crawl", "nope"), "unknown policy 'nope'"),
+        (MakePlan(("fly",)), "unknown mode 'fly'"),
+        (MakePlan(("biped",)), "without crawl"),
+    ],
+)
+def test_a_request_that_cannot_be_carried_out_is_explained_and_changes_nothing(
+    live, request_, says
+):
+    live.run(0.1)
+    before = live.session.stack
+    live.ask(request_)
+    live.run(0.1)
+    assert says in live.last.message
+    assert live.session.stack is before and live.last.mode == "crawl"
+
+
+def test_a_push_goes_where_it_is_told_from_the_robots_heading(live):
+    live.run(1.0)
+    live.ask(Push(0.4, np.pi / 2))
+    live.run(0.05)
+    force = live.session.robot.data.xfrc_applied[:, :2].sum(axis=0)
+    yaw = live.last.true_pose[3]
+    assert np.allclose(force / np.linalg.norm(force), [-np.sin(yaw), np.cos(yaw)], atol=0.05)
+
+
+def test_the_mouse_pulls_and_lets_go(live):
+    live.run(0.5)
+    force = np.zeros_like(live.session.robot.data.xfrc_applied)
+    force[live.session.robot.model.body("base_link").id, 1] = 60.0
+    live.ask(Drag(force))
+    live.run(0.2)
+    assert live.session.robot.data.xfrc_applied[:, 1].sum() == 60.0
+    live.ask(Drag(0.0 * force))
+    assert not live.session.robot.data.xfrc_applied.any()
+    live.ask(Drag(np.ones((3, 6))))  # of an older scene
+    assert not live.session.robot.data.xfrc_applied.any()
+
+
+def test_reset_puts_the_robot_back_and_draws_it_anew(live):
+    live.run(1.0)
+    live.run(1.0, AHEAD)
+    live.ask(Reset())
+    live.run(0.1)
+    assert np.allclose(live.last.true_pose[:2], live.session.scene.start, atol=0.02)
+
+
+def test_a_policy_is_exchanged_while_the_robot_stands_on_it(live):
+    live.run(0.5)
+    live.ask(UsePolicy("crawl", "zero"))
+    live.run(1.0, AHEAD)
+    x = live.last.true_pose[0]
+    live.run(1.0, AHEAD)
+    assert abs(live.last.true_pose[0] - x) < 0.05  # zero stands still whatever is asked
+    live.ask(UsePolicy("crawl", "flat"))
+    live.run(2.0, AHEAD)
+    assert live.last.true_pose[0] - x > 0.3
+
+
+def test_a_log_is_begun_and_ended_by_a_button(live, tmp_path):
+    live.session.log.folder = tmp_path
+    live.run(0.2)
+    live.ask(Record(True))
+    live.run(0.5)
+    assert live.last.recording.endswith("run.mcap")
+    live.ask(Record(False))
+    (log,) = tmp_path.glob("drive_*/run.mcap")
+    assert log.stat().st_size > 10_000
+    assert live.session.stack.machine.mode is Mode.CRAWL
