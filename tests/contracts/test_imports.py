@@ -23,7 +23,7 @@ LAYERS = (
     ("choreography",),
     ("mission", "evaluate", "bench", "reproduce"),
     ("reel",),
-    ("results",),
+    ("results", "pulls"),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble",),
     ("stack",),
