@@ -23,7 +23,7 @@ LAYERS = (
     ("choreography", "drive"),
     ("mission", "evaluate", "bench", "reproduce"),
     ("reel",),
-    ("results",),
+    ("results", "pulls"),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
     ("assemble", "pace"),
     ("stack",),

@@ -13,6 +13,7 @@ from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
 from mobius.cli.live import Drive
+from mobius.cli.grasp import EvalGrasp
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
@@ -43,6 +44,8 @@ def main(argv: list[str] | None = None) -> int:
             raise UnknownName("verb", args[0], VERBS)
         if args[:2] == ["eval", "motions"]:
             return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
+        if args[:2] == ["eval", "grasp"]:
+            return int(tyro.cli(EvalGrasp, prog="mobius eval grasp", args=args[2:])())
         if args[:2] == ["eval", "energy"]:
             return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(

@@ -13,6 +13,7 @@ from mobius.errors import InvalidInput
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot as model_robot
 from mobius.robot.ends import LimbEnds
+from mobius.robot.grasp import PinchGrasp
 from mobius.robot.interface import TICK, Simulated
 from mobius.robot.limits import limit_targets
 from mobius.robot.variation import Variation
@@ -84,6 +85,9 @@ class SimRobot(Simulated):
         self._trunk = model.body("base_link").id
         self._ends = LimbEnds(model, np.flatnonzero(self._ground))
         self._shove, self._shove_ticks, self._shove_as_force = np.zeros(2), 0, False
+        self._shoved: Array | float = 0.0
+        self.grasps: list[PinchGrasp] = []
+        """Hands on bars; each acts at every step, see :mod:`mobius.robot.grasp`."""
         contact = [int(model.sensor(f"{limb}_contact").adr[0]) for limb in LIMBS]
         self._contact_at = np.array([[a + 1, a + 2, a + 3] for a in contact])
         gyro, accel = (int(model.sensor(k).adr[0]) for k in ("imu_gyro", "imu_accel"))
@@ -180,7 +184,13 @@ class SimRobot(Simulated):
             self._fresh = False
         if self._shove_ticks:
             self._push_on()
-        mujoco.mj_step(self.model, self.data)
+        if self.grasps:
+            mujoco.mj_step1(self.model, self.data)
+            for grasp in self.grasps:
+                grasp.apply()
+            mujoco.mj_step2(self.model, self.data)
+        else:
+            mujoco.mj_step(self.model, self.data)
         self._imu_sum += self.data.sensordata[self._imu_at]
         self._imu_ticks += 1
         self.tick += 1
@@ -210,7 +220,9 @@ class SimRobot(Simulated):
         self._shove_ticks -= 1
         share = self._shove * (self._shove_ticks > 0)  # the last call lets go
         if self._shove_as_force:
-            self.data.xfrc_applied[:, :2] = self.model.body_mass[:, None] * share / TICK
+            force = self.model.body_mass[:, None] * share / TICK
+            self.data.xfrc_applied[:, :2] += force - self._shoved
+            self._shoved = force
         else:
             self.data.qvel[self.at.base_dof : self.at.base_dof + 2] += share
 
