@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from mobius.bridge.about import About
 from mobius.bridge.record import McapRecorder
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import write_json_atomic
@@ -84,21 +86,47 @@ def plan_as_json(plan: Plan, later: Sequence[Plan] = ()) -> dict[str, Any]:
     }
 
 
-def build_log(world: World, plan: Plan, judge: Judge) -> McapRecorder:
-    """Every sample of a run as ROS messages, with the truth beside it; odom is map."""
-    recorder = McapRecorder()
+def build_log(
+    world: World,
+    plan: Plan,
+    judge: Judge,
+    *,
+    about: About | None = None,
+    later: Sequence[tuple[float, Plan]] = (),
+    mocap: Sequence[Any] = (),
+) -> McapRecorder:
+    """Every sample of a run as ROS messages, with the truth beside it; odom is map.
+
+    Args:
+        world: As it is at the end.
+        plan: The first.
+        judge: Who watched the run.
+        about: What was run.
+        later: Plans made on the way, and when [s].
+        mocap: (c, 7) poses of the scene's movable obstacles, per video frame.
+    """
+    recorder = McapRecorder(about=about)
     here = Pose(p=[0.0, 0.0, 0.0], q=[1.0, 0.0, 0.0, 0.0])  # type: ignore[arg-type]
     recorder.once(grid=world.grid, plan=plan, pose_MO=here)
+    for t, new in later:
+        recorder.once(stamp=t, plan=new)
+    for k, poses in enumerate(mocap):
+        if len(poses) and (k == 0 or (poses != mocap[k - 1]).any()):
+            recorder.once(stamp=k * FRAME_EVERY * TICK, obstacles=poses)
     for sample, truth in zip(judge.samples, judge.truths, strict=True):
-        recorder.step(
-            sample.tick,
-            frame=sample.frame,
-            belief=sample.belief,
-            command=sample.command,
-            target=sample.sent,
-            truth=truth,
-        )
+        recorder.see(sample, truth)
     return recorder
+
+
+def about_run(summary: Mapping[str, Any], judge: Judge, scene: str) -> About:
+    """What the log says of the run as a whole."""
+    return About(
+        map=summary.get("map", ""),
+        seed=summary.get("seed"),
+        variation=asdict(judge.robot.variation),
+        versions=summary.get("versions", {}),
+        scene=scene,
+    )
 
 
 def write_results(
@@ -108,7 +136,8 @@ def write_results(
     judge: Judge,
     model: Any,
     *,
-    later: Sequence[Plan] = (),
+    scene: str = "",
+    later: Sequence[tuple[float, Plan]] = (),
     mocap: Sequence[Any] | None = None,
     video: bool,
     progress: Progress | None,
@@ -121,7 +150,8 @@ def write_results(
         record: The run.
         judge: Who watched it.
         model: The scene.
-        later: Plans made on the way.
+        scene: The same as MJCF, for the log.
+        later: Plans made on the way, and when [s].
         mocap: (c, 7) poses of the scene's movable obstacles, per video frame.
         video: Whether to render.
         progress: Told how much is rendered.
@@ -132,8 +162,17 @@ def write_results(
     from mobius.view.report import write_report
 
     names, notes = ["plan.json", "run.mcap"], []
-    write_json_atomic(folder / "plan.json", plan_as_json(record.plan, later))
-    build_log(world, record.plan, judge).save(folder / "run.mcap")
+    plans = [plan for _, plan in later]
+    write_json_atomic(folder / "plan.json", plan_as_json(record.plan, plans))
+    log = build_log(
+        world,
+        record.plan,
+        judge,
+        about=about_run(record.summary, judge, scene),
+        later=later,
+        mocap=() if mocap is None else mocap,
+    )
+    log.save(folder / "run.mcap")
     still = None
     if video:
         try:
@@ -147,7 +186,7 @@ def write_results(
         folder / "report.html",
         record,
         occupancy=world.occupancy,
-        later=later,
+        later=plans,
         still=still,
         files=beside,
     )

@@ -1,6 +1,14 @@
+from dataclasses import asdict
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
+from mobius.assemble import Start, build_sim_stack
+from mobius.bridge.about import About
+from mobius.bridge.record import McapRecorder
+from mobius.mission import open_world
+from mobius.model.robot import load_spec
 from mobius.types import (
     GridMap,
     JointCommand,
@@ -11,6 +19,7 @@ from mobius.types import (
     SensorFrame,
     StateEstimate,
 )
+from mobius.world.scene import build_scene
 
 YAW_90 = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
 
@@ -71,5 +80,52 @@ def nouns():
             bound=2.5,
             solve_s=0.01,
         ),
+        "obstacles": np.array([[1.0, 2.0, 0.5, *YAW_90], [0.0, 0.0, -20.0, 1.0, 0.0, 0.0, 0.0]]),
         "pose_MO": Pose(p=np.array([5.0, 6.0, 0.0]), q=YAW_90),
     }
+
+
+class Drive(NamedTuple):
+    """Two seconds of crawling, as a recorder is told them."""
+
+    samples: list
+    truths: list
+    scene: str
+    about: About
+    grid: GridMap
+
+    def tell(self, recorder):
+        """All of it, to a recorder."""
+        recorder.once(grid=self.grid, pose_MO=Pose(p=np.zeros(3), q=np.array([1.0, 0, 0, 0])))
+        for sample, truth in zip(self.samples, self.truths, strict=True):
+            recorder.see(sample, truth)
+
+
+@pytest.fixture(scope="session")
+def drive():
+    """Real physics on the demo map, ahead and turning for 2 s."""
+    world = open_world("demo")
+    spec = build_scene(world, load_spec("full"))
+    model = spec.compile()
+    scene = spec.to_xml()
+    start = Start(xy=tuple(world.grid.start), seed=3)
+    stack, robot = build_sim_stack(model, start)
+    samples, truths = [], []
+    for _ in range(1200):
+        sample = stack.turn(lambda b: ModeCommand(Mode.CRAWL, np.array([0.4, 0.0, 0.3]), b.stamp))
+        if sample is not None:
+            samples.append(sample)
+            truths.append(robot.truth())
+    about = About(
+        map="demo", seed=3, variation=asdict(robot.variation), versions={"a": "1"}, scene=scene
+    )
+    return Drive(samples, truths, scene, about, world.grid)
+
+
+@pytest.fixture
+def run_file(drive, tmp_path):
+    """The same two seconds as a log."""
+    recorder = McapRecorder(about=drive.about)
+    drive.tell(recorder)
+    recorder.save(tmp_path / "run.mcap")
+    return tmp_path / "run.mcap"

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -130,8 +131,6 @@ def test_the_imu_says_that_it_gives_no_orientation(nouns):
 
 
 def test_a_camera_that_did_not_tick_says_nothing(nouns):
-    from dataclasses import replace
-
     assert encode("/mobius/vio", replace(nouns["frame"], vio=None)) is None
 
 
@@ -192,3 +191,25 @@ def test_plan_modes_are_json_that_says_what_is_proven(nouns):
 def test_an_unknown_topic_is_answered_with_the_closest():
     with pytest.raises(UnknownName, match="Did you mean '/joint_states'"):
         topic("/joint_state")
+
+
+def test_contacts_name_their_limbs_and_come_back(nouns):
+    belief = replace(nouns["belief"], contact=np.array([0.1, 0.2, 0.3, 0.4]))
+    message = TOPICS["/mobius/contacts"].to_ros(belief)
+    assert message.layout.dim[0].label == "left_arm,right_arm,left_leg,right_leg"
+    np.testing.assert_array_equal(
+        decode("/mobius/contacts", encode("/mobius/contacts", belief)), belief.contact
+    )
+
+
+def test_contacts_of_three_limbs_are_refused(nouns):
+    message = TOPICS["/mobius/contacts"].to_ros(nouns["belief"])
+    message.data = message.data[:3]
+    with pytest.raises(InvalidInput, match="expected 4 numbers, got 3"):
+        TOPICS["/mobius/contacts"].from_ros(message)
+
+
+def test_obstacles_round_trip_even_where_there_are_none(nouns):
+    for poses in (nouns["obstacles"], np.zeros((0, 7))):
+        back = decode("/mobius/obstacles", encode("/mobius/obstacles", poses))
+        np.testing.assert_array_equal(back, poses)

@@ -15,12 +15,13 @@ from mobius.bridge.record import McapRecorder
 from mobius.errors import InvalidInput, UnknownName
 from mobius.model.joints import JOINTS
 
+ONCE = ("grid", "plan", "pose_MO", "obstacles")
 PERIODIC = ("frame", "belief", "command", "target", "truth")
 
 
 def record_one_second(nouns, **options):
     recorder = McapRecorder(**options)
-    recorder.once(grid=nouns["grid"], plan=nouns["plan"], pose_MO=nouns["pose_MO"])
+    recorder.once(**{name: nouns[name] for name in ONCE})
     for tick in range(600):
         recorder.step(tick, **{name: nouns[name] for name in PERIODIC})
     return recorder
@@ -81,7 +82,7 @@ def test_map_plan_and_static_frames_are_offered_to_late_listeners(log):
             c.topic: c.ext.offered_qos_profiles[0].durability.name for c in reader.connections
         }
     latched = {name for name, kind in durability.items() if kind == "TRANSIENT_LOCAL"}
-    assert latched == {"/map", "/plan", "/mobius/plan_modes", "/tf_static"}
+    assert latched == {"/map", "/plan", "/mobius/plan_modes", "/mobius/obstacles", "/tf_static"}
 
 
 def test_a_noun_left_out_is_not_recorded(nouns, tmp_path):
@@ -89,7 +90,12 @@ def test_a_noun_left_out_is_not_recorded(nouns, tmp_path):
     recorder.step(0, belief=nouns["belief"])
     recorder.save(tmp_path / "run.mcap")
     with AnyReader([tmp_path / "run.mcap"]) as reader:
-        assert {c.topic for c in reader.connections} == {"/clock", "/odom", "/tf"}
+        assert {c.topic for c in reader.connections} == {
+            "/clock",
+            "/mobius/contacts",
+            "/odom",
+            "/tf",
+        }
 
 
 def test_only_the_topics_asked_for_are_recorded(nouns, tmp_path):
@@ -122,20 +128,20 @@ def test_an_empty_log_or_another_ending_is_refused_and_leaves_nothing(nouns, tmp
 
 
 def test_a_kill_while_saving_leaves_no_log(tmp_path):
-    """The writer dies at its hundredth message, when half of the bag is on the disk."""
+    """The writer dies at its hundredth message; what it had made was in memory only."""
     code = """
 import os, signal, sys
-from rosbags.rosbag2 import Writer
+from mcap.writer import Writer
 from mobius.bridge.record import McapRecorder
 calls = 0
-write = Writer.write
+write = Writer.add_message
 def dying(self, *args):
     global calls
     calls += 1
     if calls == 100:
         os.kill(os.getpid(), signal.SIGKILL)
     write(self, *args)
-Writer.write = dying
+Writer.add_message = dying
 recorder = McapRecorder()
 for tick in range(60 * 600):
     recorder.step(tick)

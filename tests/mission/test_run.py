@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from mobius import mission
+from mobius.bridge.read_run import open_run
 from mobius.errors import InvalidInput
 from mobius.model import JOINTS
-from mobius.model.robot import keyframe, load_model
+from mobius.model.robot import addresses, keyframe, load_model
 from mobius.modes import ModeMachine
 from mobius.results import staged
 from mobius.robot.sim import SimRobot
@@ -88,6 +89,25 @@ def test_log_decodes_and_names_the_joints(outcome):
     assert tuple(first.name) == JOINTS
     topics = {m.channel.topic for m in read_ros2_messages(path)}
     assert {"/odom", "/cmd_vel", "/imu/data", "/plan", "/map", "/tf"} <= topics
+
+
+def test_the_run_comes_back_from_its_log_as_it_was(outcome):
+    """Joints within 1e-6 rad of the recorded ones; the picture is the simulator's own."""
+    run, record = open_run(outcome.files["run.mcap"].parent), outcome.record
+    model = run.model()
+    qpos = run.qpos(model)
+    assert np.abs(qpos[:, addresses(model).qpos] - record.q).max() <= 1e-6
+    np.testing.assert_allclose(run.true.p_M[::2], record.true_p[::2], atol=1e-9)
+    np.testing.assert_allclose(run.believed.twist_H, record.belief_twist_H, atol=1e-9)
+    assert run.modes == tuple(record.modes)
+    frames = np.arange(len(record.frame_qpos))
+    apart = np.abs(qpos[2 * frames] - record.frame_qpos)
+    assert apart[:, :3].max() < 2e-3  # a frame is a tick later
+    assert apart[:, 7:].max() < 0.05  # encoder noise and soft loops
+    assert (run.about.map, run.about.seed) == ("arena", 3)
+    assert run.summary["falls"] == 0
+    assert run.complete
+    assert not run.notes
 
 
 def test_report_is_self_contained(outcome):

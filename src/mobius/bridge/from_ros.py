@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mobius.errors import InvalidInput
 from mobius.geometry import quat_to_rpy
 from mobius.model.joints import JOINTS
-from mobius.types import ALL_MODES_BITS, GridMap, JointCommand, Mode, Pose, StateEstimate
+from mobius.types import ALL_MODES_BITS, LIMBS, GridMap, JointCommand, Mode, Pose, StateEstimate
 
 Array = NDArray[np.float64]
 
@@ -93,6 +93,20 @@ def odometry(message: Any) -> StateEstimate:
     )
 
 
+def contacts(message: Any) -> Array:
+    """(4,) probability of ground contact per limb, order LIMBS. Raises InvalidInput."""
+    data = np.array(message.data, dtype=float)
+    if data.shape != (len(LIMBS),):
+        raise InvalidInput(f"contacts: expected {len(LIMBS)} numbers, got {len(data)}")
+    return data
+
+
+def obstacles(message: Any) -> Array:
+    """(k, 7) poses in map: x y z [m], qw qx qy qz."""
+    rows = [[*_vector(p.position), *_quaternion(p.orientation)] for p in message.poses]
+    return np.array(rows).reshape(-1, 7)
+
+
 def transform(message: Any) -> Pose:
     """Pose of the child in the parent of the message's only transform."""
     tf = message.transforms[0].transform
@@ -131,6 +145,11 @@ def occupancy_grid(message: Any) -> GridMap:
 def path(message: Any) -> Array:
     """(T+1, 2) [m] in the message's frame."""
     return np.array([_vector(p.pose.position)[:2] for p in message.poses]).reshape(-1, 2)
+
+
+def plan_facts(message: Any) -> dict[str, Any]:
+    """All that the JSON beside a path says: modes, cells, status, objective, bound, solve_ms."""
+    return dict(json.loads(message.data))
 
 
 def plan_modes(message: Any) -> tuple[Mode, ...]:

@@ -50,6 +50,7 @@ def _row(name: str, kind: str, noun: str, rate: int, to: _Codec, from_: _Codec) 
 
 _JOINTS = "sensor_msgs/JointState"
 _WRENCH = "geometry_msgs/WrenchStamped"
+_POSES = "geometry_msgs/PoseArray"
 
 # All recorded ticks are multiples of ten: calling the recorder at 60 Hz misses nothing. The
 # VIO camera speaks at every third tick only, so it is recorded at every thirtieth.
@@ -64,11 +65,15 @@ _ROWS = (
     _row("/tf", "tf2_msgs/TFMessage", "belief", 30, out.tf, back.transform),
     _row("/cmd_vel", "geometry_msgs/TwistStamped", "command", 30, out.cmd_vel, back.cmd_vel),
     _row("/mobius/mode", "std_msgs/String", "command", 10, out.mode, back.mode),
+    _row(
+        "/mobius/contacts", "std_msgs/Float64MultiArray", "belief", 30, out.contacts, back.contacts
+    ),
     _row("/mobius/joint_targets", _JOINTS, "target", 30, out.targets, back.targets),
     _row("/mobius/ground_truth", "nav_msgs/Odometry", "truth", 30, out.ground_truth, back.odometry),
     _row("/map", "nav_msgs/OccupancyGrid", "grid", 0, out.occupancy_grid, back.occupancy_grid),
     _row("/plan", "nav_msgs/Path", "plan", 0, out.path, back.path),
     _row("/mobius/plan_modes", "std_msgs/String", "plan", 0, out.plan_modes, back.plan_modes),
+    _row("/mobius/obstacles", _POSES, "obstacles", 0, out.obstacles, back.obstacles),
     _row("/tf_static", "tf2_msgs/TFMessage", "pose_MO", 0, out.tf_static, back.transform),
 )
 

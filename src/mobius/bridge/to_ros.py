@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from mobius.geometry import rpy_to_quat
 from mobius.model.joints import JOINTS
 from mobius.types import (
+    LIMBS,
     GridMap,
     JointCommand,
     ModeCommand,
@@ -166,6 +167,25 @@ def odometry(belief: StateEstimate) -> Any:
 def ground_truth(truth: StateEstimate) -> Any:
     """True pose of base_link in map (``p_OB`` holds p_MB), twist in base_link."""
     return _odometry(truth, "map")
+
+
+def contacts(belief: StateEstimate) -> Any:
+    """Believed probability of ground contact per limb, order LIMBS."""
+    size = len(LIMBS)
+    dimension = _T["std_msgs/msg/MultiArrayDimension"](
+        label=",".join(LIMBS), size=size, stride=size
+    )
+    return _T["std_msgs/msg/Float64MultiArray"](
+        layout=_T["std_msgs/msg/MultiArrayLayout"](dim=[dimension], data_offset=0),
+        data=np.array(belief.contact),
+    )
+
+
+def obstacles(poses: NDArray[np.float64]) -> Any:
+    """Poses (k, 7) of the scene's movable obstacles in map: x y z [m], qw qx qy qz."""
+    return _T["geometry_msgs/msg/PoseArray"](
+        header=_header(0.0, "map"), poses=[_pose(row[:3], row[3:]) for row in np.asarray(poses)]
+    )
 
 
 def _transform(stamp: float, parent: str, child: str, p: Iterable[float], q: Any) -> Any:

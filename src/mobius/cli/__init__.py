@@ -12,12 +12,14 @@ import tyro
 from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
-from mobius.cli.live import Drive
+from mobius.cli.export import Export
 from mobius.cli.grasp import EvalGrasp
+from mobius.cli.live import Drive
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
 from mobius.cli.reel import Reel
+from mobius.cli.replay import Replay
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
 from mobius.errors import MobiusError, UnknownName
@@ -27,6 +29,8 @@ VERBS: dict[str, Callable[..., Any]] = {
     "run": Run,
     "drive": Drive,
     "plan": PlanVerb,
+    "replay": Replay,
+    "export": Export,
     "reel": Reel,
     "sweep": Sweep,
     "train": Train,
@@ -34,6 +38,12 @@ VERBS: dict[str, Callable[..., Any]] = {
     "bench": Bench,
     "doctor": Doctor,
 }
+EVALS: dict[str, Callable[..., Any]] = {
+    "motions": EvalMotions,
+    "energy": EvalEnergy,
+    "grasp": EvalGrasp,
+}
+"""What ``mobius eval`` knows beside the walking bodies, each with options of its own."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -42,12 +52,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         if args and not args[0].startswith("-") and args[0] not in VERBS:
             raise UnknownName("verb", args[0], VERBS)
-        if args[:2] == ["eval", "motions"]:
-            return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
-        if args[:2] == ["eval", "grasp"]:
-            return int(tyro.cli(EvalGrasp, prog="mobius eval grasp", args=args[2:])())
-        if args[:2] == ["eval", "energy"]:
-            return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
+        if args[:1] == ["eval"] and args[1:2] and args[1] in EVALS:
+            return int(tyro.cli(EVALS[args[1]], prog=f"mobius eval {args[1]}", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

@@ -33,6 +33,8 @@ class Driven(NamedTuple):
     """The compiled scene, as it was varied."""
     pilot: Pilot
     stagehand: Stagehand
+    scene: str
+    """The scene as MJCF, as it was drawn."""
 
 
 def drive(
@@ -70,7 +72,7 @@ def drive(
     """
     stagehand = Stagehand(world, scenario)
     pilot = Pilot(stagehand.world(), plan, modes, config=config, prices=prices)
-    stack, robot, model = _build(world, plan, modes, stagehand, seed, randomised, policy)
+    stack, robot, model, scene = _build(world, plan, modes, stagehand, seed, randomised, policy)
     judge = MissionJudge(robot, recovers=len(modes) > 1, ground=floor_of(world))
 
     def source(belief: StateEstimate) -> ModeCommand:
@@ -98,7 +100,7 @@ def drive(
         loop_s=time.perf_counter() - began,
         ended=_ended(judge, pilot, stack.machine.stopped),
     )
-    return Driven(record, judge, model, pilot, stagehand)
+    return Driven(record, judge, model, pilot, stagehand, scene)
 
 
 def _build(
@@ -109,8 +111,8 @@ def _build(
     seed: int,
     randomised: bool,
     policy: Path | str | None,
-) -> tuple[Any, Any, Any]:
-    """Stack, robot and scene, the robot at the start of the plan.
+) -> tuple[Any, Any, Any, str]:
+    """Stack, robot and scene, as model and as MJCF, the robot at the start of the plan.
 
     Raises:
         MapError: Physics cannot build the scene.
@@ -121,7 +123,8 @@ def _build(
 
     obstacles = stagehand.scenery.scenario.obstacles
     try:
-        model = build_scene(world, load_spec("full"), obstacles=obstacles).compile()
+        spec = build_scene(world, load_spec("full"), obstacles=obstacles)
+        model = spec.compile()
     except ValueError as error:
         problem = " ".join(str(error).split())
         raise MapError(
@@ -143,7 +146,7 @@ def _build(
     if len(modes) > 1:
         several = {"policy": {"crawl": crawl}, "modes": [m.value for m in modes]}
     stack, robot = build_sim_stack(model, start, **several)
-    return stack, robot, model
+    return stack, robot, model, spec.to_xml()
 
 
 def _first_body(world: World, plan: Plan) -> str:

@@ -164,7 +164,6 @@ def configuration(
     Raises :class:`InvalidInput` when a five-bar cannot be assembled at q.
     """
     q = np.asarray(q, dtype=float)
-    at = addresses(model)
     coupler, distal = passive_angles(q)
     if not (np.isfinite(coupler).all() and np.isfinite(distal).all()):
         bad = [
@@ -176,14 +175,66 @@ def configuration(
             f"the five-bar of {', '.join(bad)} cannot be assembled at these crank angles;"
             " expected q21 - q11 >= 0.70 rad and a point inside the workspace"
         )
-    qpos = np.array(model.qpos0, dtype=float)
-    qpos[at.base_qpos : at.base_qpos + 3] = p
-    qpos[at.base_qpos + 3 : at.base_qpos + 7] = quat
-    qpos[at.qpos] = q[at.present]
-    qpos[at.coupler], qpos[at.distal] = coupler[at.limbs], distal[at.limbs]
+    return _fill(model, q, coupler, distal, p, quat)
+
+
+def configurations(
+    model: mujoco.MjModel, q: ArrayLike, *, p: ArrayLike, quat: ArrayLike
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Many ``qpos`` (n, nq) from joint angles q (n, 22) and trunk poses (n, 3), (n, 4), at once.
+
+    The joint angles stay as they are, to the last bit. Where measured ones are such that a
+    five-bar cannot be assembled, its passive joints keep the angles of the row before (of the
+    first row that can be, at the beginning; 0 if none can).
+
+    Returns:
+        The configurations, and (n,) rows whose loops are closed.
+    """
+    q = np.asarray(q, dtype=float)
+    passive = np.stack(passive_angles(q), axis=1)  # (n, 2, 4)
+    good = np.isfinite(passive).all(axis=1)  # (n, 4) by limb
+    rows = np.arange(len(q))[:, None]
+    last = np.maximum.accumulate(np.where(good, rows, -1), axis=0)
+    last = np.where(last < 0, np.argmax(good, axis=0), last)
+    filled = np.nan_to_num(np.take_along_axis(passive, last[:, None, :], axis=0))
+    return _fill(model, q, filled[:, 0], filled[:, 1], p, quat), np.asarray(np.all(good, axis=1))
+
+
+def _fill(
+    model: mujoco.MjModel,
+    q: Array,
+    coupler: Array,
+    distal: Array,
+    p: ArrayLike,
+    quat: ArrayLike,
+) -> Array:
+    """(..., nq) from joints (..., 22), passive angles (..., 4) and trunk poses."""
+    at = addresses(model)
+    qpos = np.empty((*q.shape[:-1], model.nq))
+    qpos[...] = model.qpos0
+    qpos[..., at.base_qpos : at.base_qpos + 3] = p
+    qpos[..., at.base_qpos + 3 : at.base_qpos + 7] = quat
+    qpos[..., at.qpos] = q[..., at.present]
+    qpos[..., at.coupler], qpos[..., at.distal] = coupler[..., at.limbs], distal[..., at.limbs]
     if len(at.finger_b):
-        qpos[at.finger_b] = q[20:22]
+        qpos[..., at.finger_b] = q[..., 20:22]
     return qpos
+
+
+def compile_scene(xml: str) -> mujoco.MjModel:
+    """A model from the MJCF of a scene that holds the robot.
+
+    Raises:
+        InvalidInput: It does not compile, or lacks joints of the robot.
+    """
+    try:
+        model = mujoco.MjModel.from_xml_string(xml)
+    except ValueError as error:
+        raise InvalidInput(f"the scene cannot be built ({' '.join(str(error).split())})") from None
+    missing = [j for j in JOINTS if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, j) < 0]
+    if missing:
+        raise InvalidInput(f"the scene lacks joints of the robot: {', '.join(missing)}")
+    return model
 
 
 @cache
