@@ -76,9 +76,14 @@ def measure(seconds: float) -> dict[str, Any]:
     }
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Measure, print, keep."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seconds", type=float, default=60.0)
     result = measure(parser.parse_args().seconds)
     print(json.dumps(result, indent=2))
     write_json_atomic(RESULTS, result)
+
+
+if __name__ == "__main__":
+    main()

@@ -45,13 +45,13 @@ class Person:
     def click(self, name, done):
         """Click a button until what it does is done."""
         assert self.wait(lambda: self.cockpit is not None and name in self.cockpit.places, 60)
-        for hold in (1.5, 3.0, 5.0, 8.0):
+        for hold in (2.0, 4.0, 8.0):
             self.page.mouse.move(*self.cockpit.places[name])
             time.sleep(hold)
             self.page.mouse.down()
-            self.wait(done, hold)
+            time.sleep(hold)
             self.page.mouse.up()
-            if self.wait(done, hold):
+            if self.wait(done, 12.0):
                 return
         pytest.fail(f"the button '{name}' does nothing")
 

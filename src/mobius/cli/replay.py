@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 
 from tyro.conf import Positional
 
 from mobius.cli.common import at_least
-from mobius.errors import InvalidInput, MobiusError, UnknownName
+from mobius.errors import InvalidInput, UnknownName
 
 VIEWERS = ("web", "native")
 """Where a run can be looked at."""
@@ -29,6 +28,8 @@ class Replay:
     """web (in the browser) or native (a window here)."""
     port: int = 8080
     """Port of the page on this machine, 1024 to 65535."""
+    shadows: bool = True
+    """Draw shadows; --no-shadows helps browsers without a graphics card."""
 
     def __call__(self) -> int:
         """Print or show."""
@@ -46,11 +47,12 @@ class Replay:
         if self.info:
             print("\n".join(describe(run)))
             return 0
-        try:
-            show = import_module("mobius.view.replay").show
-        except ModuleNotFoundError as error:
-            raise MobiusError(
-                f"replay: the viewer is not there ({error}); type mobius replay {self.run} --info,"
-                " or open the log in Foxglove or Rerun"
-            ) from None
-        return int(show(run, viewer=self.viewer, port=self.port) or 0)
+        from mobius.view.replay import show
+
+        show(run, viewer=self.viewer, port=self.port, shadows=self.shadows, ready=_tell)
+        return 0
+
+
+def _tell(address: str) -> None:
+    print(f"open {address}", flush=True)
+    print("Ctrl+C here ends it", flush=True)

@@ -55,6 +55,7 @@ class Session:
         self._wanted = self._was = Mode.CRAWL
         self._belief: StateEstimate | None = None
         self._numbers = {"scene": 0, "snapshot": 0}
+        self._logged = 0
         self._stage = build_stage(source)
         self._begin()
 
@@ -79,7 +80,10 @@ class Session:
         """A snapshot of a sample; also logs it."""
         truth = self.robot.truth()
         self.log.take(sample, truth)
-        said = self.guide.look()
+        said, plans = self.guide.look(), self.guide.way.number
+        if plans != self._logged and self.guide.plan is not None:
+            self.log.plan(self.guide.plan)
+        self._logged = plans
         self.message = said or self.message
         machine = self.stack.machine
         body = BODIES["biped" if machine.mode is Mode.BIPED else "crawl"]
@@ -266,7 +270,13 @@ class Session:
     def _record(self, on: bool) -> None:
         self.log.end()
         if on:
-            self.log.begin(self._stage.world, self.guide.plan)
+            self.log.begin(
+                self._stage.world,
+                self.guide.plan,
+                scene=self._stage.xml,
+                seed=self._seed - 1,
+                variation=self.robot.variation,
+            )
         self.message = f"recording {self.log.name}" if on else f"saved {self.log.last}"
 
     def _use_policy(self, request: nouns.UsePolicy) -> None:

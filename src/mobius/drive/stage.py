@@ -33,6 +33,8 @@ class Stage:
     world: World
     model: Any
     """Pristine; every robot gets a copy, which its variation changes."""
+    xml: str
+    """The scene as MJCF, for logs."""
     start: tuple[float, float]
     yaw: float
     """Heading in which the robot starts [rad]."""
@@ -46,13 +48,14 @@ def build_stage(source: str) -> Stage:
     """
     world = load_world(source, radius=FOOTPRINT_RADIUS, margin=FOOTPRINT_MARGIN, lane=LANE)
     try:
-        model = build_scene(world, load_spec("full")).compile()
+        spec = build_scene(world, load_spec("full"))
+        model = spec.compile()
     except ValueError as error:
         raise MapError(
             f"map '{world.name}': physics cannot build it ({' '.join(str(error).split())})"
         ) from None
     model.opt.timestep = TICK
-    return Stage(world, model, *_where(world))
+    return Stage(world, model, spec.to_xml(), *_where(world))
 
 
 def _where(world: World) -> tuple[tuple[float, float], float]:

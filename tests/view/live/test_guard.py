@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput
-from mobius.view.live.guard import COOKIE, SILENT, Door, Pulse, is_loopback, new_token
+from mobius.view.live.guard import COOKIE, Door, is_loopback, new_token
+from mobius.view.live.pulse import SILENT, Pulse
 
 TOKEN = "a-token-that-nobody-guesses"
 
@@ -167,7 +168,8 @@ SERVE = """
 import sys, time
 import mujoco
 from mujoco.studio import launch_web, viewer_protocol
-from mobius.view.live.guard import Door, Pulse, guarded
+from mobius.view.live.guard import Door, guarded
+from mobius.view.live.pulse import Pulse
 host, token = sys.argv[1:]
 with guarded(Door(host, 0, token), Pulse()) as opened:
     handle = launch_web.launch(viewer_protocol.ViewerConfig(gfx="web"))

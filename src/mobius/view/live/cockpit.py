@@ -12,7 +12,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mobius.view.live.guard import Pulse
 from mobius.view.live.nouns import (
     MODE_KEYS,
     Beat,
@@ -25,6 +24,7 @@ from mobius.view.live.nouns import (
     WantMode,
     Way,
 )
+from mobius.view.live.pulse import Pulse
 
 FRAME_STALE = 0.3
 """Keys count for so long after the frame in which they were seen [s]."""
@@ -79,9 +79,9 @@ class Cockpit:
         """What to tell the loop now; keys that were just pressed become requests."""
         there, keys = self._keys()
         self._watch_focus()
+        pressed = self._pressed(keys)
         if self.driving and not self.typing:
-            self._commands(keys - self._held)
-        self._held = keys
+            self._commands(pressed)
         pad = self._pad()
         share = twist_of(keys) if self.driving and not self.typing else (0.0, 0.0, 0.0)
         return Beat(
@@ -97,6 +97,14 @@ class Cockpit:
             return self.pulse.there, self.pulse.keys if self.pulse.hands else frozenset()
         there = self._clock() - self._window_at <= FRAME_STALE
         return there, self._window if there else frozenset()
+
+    def _pressed(self, keys: frozenset[str]) -> frozenset[str]:
+        """Keys that have gone down since last asked."""
+        if self.pulse is None:
+            new, self._held = keys - self._held, keys
+            return new
+        taps = self.pulse.pressed
+        return frozenset(taps.popleft() for _ in range(len(taps)))
 
     def _commands(self, pressed: frozenset[str]) -> None:
         if "Space" in pressed:

@@ -239,6 +239,8 @@ class Snapshot:
     frozen: bool
     recording: str
     """File being written, or empty."""
+    mocap: Array | None = None
+    """(k, 7) poses of obstacles that move, x y z [m] qw qx qy qz; None where there are none."""
 
 
 @dataclass(frozen=True, eq=False)

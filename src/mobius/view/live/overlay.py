@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.view.live.nouns import Snapshot, Way
+from mobius.view.live.visited import CELL, Visited
 from mobius.view.palette import MODE_COLOURS, rgb
 
 Array = NDArray[np.float64]
@@ -19,23 +20,15 @@ MOST = 900
 """Geoms that a page is sent at most (it takes 1024)."""
 
 
-def build_overlay(
-    snapshot: Snapshot, way: Way | None, visited: Sequence[tuple[int, int]], cell: float
-) -> list[mujoco.MjvGeom]:
-    """Everything that is painted.
-
-    Args:
-        snapshot: The robot now.
-        way: Its plan.
-        visited: Squares of ``cell`` in which it has been, as multiples of ``cell``.
-        cell: Edge of a square [m].
-    """
+def build_overlay(snapshot: Snapshot, way: Way | None, visited: Visited) -> list[mujoco.MjvGeom]:
+    """Everything that is painted: the robot's belief, its plan and goal, where it has been."""
     geoms = [_ghost(snapshot)]
     if way is not None:
         geoms += _plan(way)
         if way.goal is not None:
             geoms.append(_goal(way.goal))
-    geoms += [_square(c, cell) for c in visited[-(MOST - len(geoms)) :]]
+    squares = list(visited.squares)
+    geoms += [_square(c, CELL) for c in squares[-max(MOST - len(geoms), 1) :]]
     return geoms[:MOST]
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mobius.view.live.cockpit import Cockpit
 from mobius.view.live.nouns import Go, LoadMap, MakePlan, Place, Scene, Snapshot, Wait, Way
+from mobius.view.live.visited import CELL, Visited
 from mobius.view.palette import MODE_COLOURS, rgb
 
 Array = NDArray[np.float64]
@@ -19,53 +20,45 @@ CHOICES = ("crawl", "biped", "roll")
 """Modes that a plan may use; crawl always."""
 TRUE_INK, BELIEF_INK = (0.10, 0.10, 0.12, 1.0), (0.80, 0.10, 0.55, 1.0)
 GOAL_INK, START_INK, SEEN_INK = (0.82, 0.16, 0.16, 1.0), (0.1, 0.5, 0.2, 1.0), (1.0, 0.8, 0.1, 0.35)
-SEEN_CELL = 0.5
-"""Edge of the squares that show where the robot has been [m]."""
-
 Upload = Callable[[int, bytes, int, int, int], int]
 
 
 class PlanView:
     """Draws the map with plan, coverage and poses."""
 
-    def __init__(self, cockpit: Cockpit) -> None:
-        self._cockpit = cockpit
+    def __init__(self, cockpit: Cockpit, *, live: bool = True) -> None:
+        """Args: what is shown; whether the robot can be told anything."""
+        self._cockpit, self._live = cockpit, live
         self._picture, self._scene = 0, 0
         self._set_start = False
         self._modes = {"biped": False, "roll": False}
         self._goal = [0.0, 0.0]
-        self._visited: dict[tuple[int, int], None] = {}
 
-    @property
-    def visited(self) -> list[tuple[int, int]]:
-        """Squares of :data:`SEEN_CELL` of the map frame in which the true robot has been."""
-        return list(self._visited)
-
-    def draw(self, upload: Upload) -> None:
+    def draw(self, upload: Upload, visited: Visited) -> None:
         """The window's inside; ``upload`` puts a picture into the viewer."""
         scene, s = self._cockpit.scene, self._cockpit.snapshot
         if scene is None:
             imgui.TextDisabled("waiting for a map")
             return
-        self._note(scene, s, upload)
-        self._choose(scene)
-        scale, corner = self._map(scene)
-        self._marks(scene, s, scale, corner)
-        self._buttons(s)
-
-    def _note(self, scene: Scene, s: Snapshot | None, upload: Upload) -> None:
-        """Take in a new scene, and where the robot is."""
         if scene.number != self._scene:
-            self._scene, self._visited = scene.number, {}
-            h, w = scene.picture.shape[:2]
-            opaque = np.full((h, w, 1), 255, np.uint8)
-            data = np.concatenate([scene.picture, opaque], axis=2).tobytes()
-            self._picture = upload(self._picture, data, w, h, 4)
-            if scene.goal is not None:
-                self._goal = list(scene.goal)
-        if s is not None and s.scene == scene.number:
-            i, j = (int(v) for v in np.floor(s.true_pose[:2] / SEEN_CELL))
-            self._visited[(i, j)] = None
+            self._show(scene, upload)
+        if self._live:
+            self._choose(scene)
+        scale, corner = self._map(scene)
+        self._marks(scene, s, visited, scale, corner)
+        if self._live:
+            self._buttons(s)
+        self._legend()
+
+    def _show(self, scene: Scene, upload: Upload) -> None:
+        """Another map."""
+        self._scene = scene.number
+        h, w = scene.picture.shape[:2]
+        opaque = np.full((h, w, 1), 255, np.uint8)
+        data = np.concatenate([scene.picture, opaque], axis=2).tobytes()
+        self._picture = upload(self._picture, data, w, h, 4)
+        if scene.goal is not None:
+            self._goal = list(scene.goal)
 
     def _choose(self, scene: Scene) -> None:
         names = [*scene.maps] if scene.map in scene.maps else [scene.map, *scene.maps]
@@ -91,7 +84,7 @@ class PlanView:
         imgui.Image(self._picture, imgui.Vec2(w * scale, h * scale))
         low = imgui.GetItemRectMin()
         corner = np.array([low.x, low.y])
-        if imgui.IsItemClicked():
+        if self._live and imgui.IsItemClicked():
             at = imgui.GetMousePos()
             x, y = scene.place((np.array([at.x, at.y]) - corner) / scale)
             self._set((float(x), float(y)))
@@ -104,16 +97,18 @@ class PlanView:
             self._goal = list(xy)
             self._cockpit.ask(Place(goal=xy))
 
-    def _marks(self, scene: Scene, s: Snapshot | None, scale: float, corner: Array) -> None:
+    def _marks(
+        self, scene: Scene, s: Snapshot | None, visited: Visited, scale: float, corner: Array
+    ) -> None:
         """Coverage, plan, start, goal, true and believed pose."""
         ink = imgui.GetWindowDrawList()
 
         def at(xy: Any) -> Array:
             return np.asarray(corner + scale * scene.pixel(np.asarray(xy, float)))
 
-        for cell in self._visited:
+        for cell in visited.squares:
             square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + cell
-            points = [imgui.Vec2(*p) for p in at(SEEN_CELL * square)]
+            points = [imgui.Vec2(*p) for p in at(CELL * square)]
             ink.AddConvexPolyFilled(points, _ink(SEEN_INK))
         way = self._cockpit.way
         if way is not None:
@@ -140,14 +135,13 @@ class PlanView:
         if imgui.Button("Plan"):
             cockpit.ask(MakePlan(modes))
         imgui.SameLine()
-        if s is not None and s.following:
-            if imgui.Button("Pause"):
-                cockpit.ask(Wait())
-        else:
-            if imgui.Button("Go"):
-                cockpit.ask(Go(modes))
-            low, high = imgui.GetItemRectMin(), imgui.GetItemRectMax()
-            cockpit.places["go"] = (0.5 * (low.x + high.x), 0.5 * (low.y + high.y))
+        if imgui.Button("Go"):
+            cockpit.ask(Go(modes))
+        low, high = imgui.GetItemRectMin(), imgui.GetItemRectMax()
+        cockpit.places["go"] = (0.5 * (low.x + high.x), 0.5 * (low.y + high.y))
+        imgui.SameLine()
+        if imgui.Button("Pause"):
+            cockpit.ask(Wait())
         imgui.SameLine()
         if imgui.Button("Replan"):
             cockpit.ask(MakePlan(modes))
@@ -155,6 +149,8 @@ class PlanView:
         way = cockpit.way
         going = "" if s is None else "arrived" if s.arrived else "going" if s.following else ""
         imgui.Text(f"{going}  {'' if way is None else way.status}")
+
+    def _legend(self) -> None:
         imgui.Text("black: true pose")
         imgui.SameLine()
         imgui.TextColored(imgui.Vec4(*BELIEF_INK), "believed")

@@ -13,7 +13,8 @@ from mobius.view.live.nouns import LIMBS_SHOWN, History
 SECONDS = 20.0
 """Width of every plot."""
 Curves = tuple[tuple[str, int], ...]
-TABS: tuple[tuple[str, tuple[tuple[str, str, Curves], ...]], ...] = (
+Tabs = tuple[tuple[str, tuple[tuple[str, str, Curves], ...]], ...]
+TABS: Tabs = (
     (
         "twist",
         (
@@ -44,15 +45,16 @@ TABS: tuple[tuple[str, tuple[tuple[str, str, Curves], ...]], ...] = (
 class Plots:
     """Draws the plots of the tab that is open."""
 
-    def __init__(self, cockpit: Cockpit) -> None:
-        self._cockpit = cockpit
+    def __init__(self, cockpit: Cockpit, tabs: Tabs = TABS) -> None:
+        """Args: whose history; which plots."""
+        self._cockpit, self._tabs = cockpit, tabs
 
     def draw(self) -> None:
         """The window's inside."""
         history = self._cockpit.history
         if not imgui.BeginTabBar("##plots"):
             return
-        for name, plots in TABS:
+        for name, plots in self._tabs:
             if imgui.BeginTabItem(name):
                 room = imgui.GetContentRegionAvail()
                 width = max(80.0, (room.x - 8.0 * (len(plots) - 1)) / len(plots))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import mujoco
@@ -20,12 +21,14 @@ from mujoco.studio.sim import PauseState
 
 from mobius.errors import InvalidInput
 from mobius.view.live.cockpit import Cockpit
-from mobius.view.live.guard import Door, Pulse, guarded
+from mobius.view.live.guard import Door, guarded
 from mobius.view.live.nouns import Drag, Freeze, Request, Scene, Snapshot, Way
 from mobius.view.live.overlay import build_overlay
 from mobius.view.live.panel import DrivePanel
-from mobius.view.live.plan_view import SEEN_CELL, PlanView
+from mobius.view.live.plan_view import PlanView
 from mobius.view.live.plots import Plots
+from mobius.view.live.pulse import Pulse
+from mobius.view.live.visited import Visited
 
 PUMP_S = 1.0 / 60.0
 
@@ -46,13 +49,30 @@ class Loop(Protocol):
         """What has come."""
 
 
-class Panels(plugin.ViewerPlugin):
+@dataclass(frozen=True)
+class Window:
+    """One of our windows."""
+
+    title: str
+    draw: Callable[[], None]
+    box: Callable[[float, float], tuple[float, float, float, float]]
+    """Left, top, width, height [pixels] on a page of a width and height."""
+
+
+class Windows(plugin.ViewerPlugin):
     """Our windows, and the overlay in the scene."""
 
     def __init__(self, cockpit: Cockpit, app: Any, *, shadows: bool = True) -> None:
         self.cockpit, self._app, self._shadows = cockpit, app, shadows
-        self.drive, self.plan, self.plots = DrivePanel(cockpit), PlanView(cockpit), Plots(cockpit)
         self._size = (0.0, 0.0)
+        self._visited = Visited()
+
+    def windows(self) -> tuple[Window, ...]:
+        """What is shown; asked once a frame."""
+        raise NotImplementedError
+
+    def before(self) -> None:
+        """Called before the windows are drawn."""
 
     @messages.handler(priority=0)  # after Studio's own, which aligns the camera
     def _on_model(self, _: messages.PostModelEvent) -> None:
@@ -62,42 +82,59 @@ class Panels(plugin.ViewerPlugin):
         camera.distance, camera.elevation, camera.azimuth = 3.2, -32.0, 40.0
         self._app.ux_state.camera_index = ux.TRACKING_CAMERA_IDX
         if not self._shadows:
+            flags = list(self.viewer.render_flags.flags)
             for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
-                flags = list(self.viewer.render_flags.flags)
                 flags[int(flag)] = 0
-                self.viewer.render_flags.flags = flags
+            self.viewer.render_flags.flags = flags
 
-    @messages.handler(priority=messages.Priority.USER)
+    @messages.handler
     def _on_gui(self, _: messages.BuildGuiEvent) -> None:
-        self.drive.keys()
+        self._visited.see(self.cockpit.scene, self.cockpit.snapshot)
+        self.before()
         shown = imgui.GetIO().DisplaySize
-        moved = (shown.x, shown.y) != self._size
-        self._size = (shown.x, shown.y)
-        for title, draw, box in (
-            ("Drive", self.drive.draw, (8.0, 30.0, 330.0, shown.y - 64.0)),
-            ("Plan", self._draw_plan, (shown.x - 428.0, 30.0, 420.0, 0.56 * shown.y)),
-            (
-                "Plots",
-                self.plots.draw,
-                (346.0, 0.56 * shown.y + 34.0, shown.x - 354.0, 0.44 * shown.y - 68.0),
-            ),
-        ):
-            when = imgui.Cond.Always if moved else imgui.Cond.FirstUseEver
-            imgui.SetNextWindowPos(imgui.Vec2(box[0], box[1]), int(when))
-            imgui.SetNextWindowSize(imgui.Vec2(box[2], box[3]), int(when))
-            if imgui.Begin(title, None, int(imgui.WindowFlags.NoSavedSettings))[0]:
-                draw()
+        moved, self._size = (shown.x, shown.y) != self._size, (shown.x, shown.y)
+        when = int(imgui.Cond.Always if moved else imgui.Cond.FirstUseEver)
+        for window in self.windows():
+            left, top, width, height = window.box(shown.x, shown.y)
+            imgui.SetNextWindowPos(imgui.Vec2(left, top), when)
+            imgui.SetNextWindowSize(imgui.Vec2(width, height), when)
+            if imgui.Begin(window.title, None, int(imgui.WindowFlags.NoSavedSettings))[0]:
+                window.draw()
             imgui.End()
-        self._paint()
-
-    def _draw_plan(self) -> None:
-        self.plan.draw(self.viewer.upload_image)
-
-    def _paint(self) -> None:
         geoms, s = self.viewer.extra_geoms, self.cockpit.snapshot
         geoms.clear()
         if s is not None:
-            geoms.extend(build_overlay(s, self.cockpit.way, self.plan.visited, SEEN_CELL))
+            geoms.extend(build_overlay(s, self.cockpit.way, self._visited))
+
+
+class DriveWindows(Windows):
+    """Of ``mobius drive``."""
+
+    def __init__(self, cockpit: Cockpit, app: Any, *, shadows: bool = True) -> None:
+        super().__init__(cockpit, app, shadows=shadows)
+        self._panel, plan, plots = DrivePanel(cockpit), PlanView(cockpit), Plots(cockpit)
+        self._windows = (
+            Window("Drive", self._panel.draw, lambda w, h: (8.0, 30.0, 330.0, h - 64.0)),
+            Window(
+                "Plan",
+                lambda: plan.draw(self.viewer.upload_image, self._visited),
+                lambda w, h: (w - 428.0, 30.0, 420.0, 0.56 * h),
+            ),
+            Window("Plots", plots.draw, bottom),
+        )
+
+    def windows(self) -> tuple[Window, ...]:
+        """Drive, Plan, Plots."""
+        return self._windows
+
+    def before(self) -> None:
+        """Look at the keys."""
+        self._panel.keys()
+
+
+def bottom(w: float, h: float) -> tuple[float, float, float, float]:
+    """Where the plots stand: below the scene, right of the panel."""
+    return 346.0, 0.56 * h + 34.0, w - 354.0, 0.44 * h - 68.0
 
 
 class Reins(plugin.SimPlugin):
@@ -147,6 +184,7 @@ def watch(
     shadows: bool = True,
     ready: Callable[[str], None] = print,
     seen: Callable[[Cockpit], None] | None = None,
+    windows: type[Windows] = DriveWindows,
 ) -> Snapshot | None:
     """Show a loop until the viewer is closed, the loop ends, or ``seconds`` are over.
 
@@ -159,6 +197,7 @@ def watch(
         shadows: Whether they are drawn; without a graphics card they are dear.
         ready: Told the address once the page can be opened.
         seen: Called after each round of the pump.
+        windows: What is shown beside the scene.
 
     Returns:
         The last snapshot.
@@ -166,7 +205,7 @@ def watch(
     pulse = Pulse() if viewer == "web" else None
     cockpit = Cockpit(pulse)
     app = _app()
-    plugins = [app, Panels(cockpit, app, shadows=shadows), Reins(cockpit, reset)]
+    plugins = [app, windows(cockpit, app, shadows=shadows), Reins(cockpit, reset)]
     config = viewer_protocol.ViewerConfig(
         title="mobius", width=1400, height=860, gfx="web" if viewer == "web" else "",
         http_port=door.port,
@@ -235,6 +274,11 @@ def _take(handle: Any, cockpit: Cockpit, came: Any) -> None:
     elif cockpit.scene is not None and came.scene == cockpit.scene.number:
         cockpit.show(came)
         handle.data.qpos[:] = came.qpos
+        if came.mocap is not None:
+            handle.data.mocap_pos[:], handle.data.mocap_quat[:] = (
+                came.mocap[:, :3],
+                came.mocap[:, 3:],
+            )
         handle.data.time = came.t
     # an older scene's snapshot is dropped
 
