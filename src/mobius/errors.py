@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 __all__ = [
     "InvalidInput",
@@ -26,8 +27,20 @@ def did_you_mean(name: str, allowed: Iterable[str]) -> str:
 class MobiusError(Exception):
     """Base of every error that is the user's to fix; the CLI prints it in one line.
 
-    Bugs of ours stay ordinary exceptions, with their traceback.
+    Bugs of ours stay ordinary exceptions, with their traceback. Errors cross to other processes
+    whatever their constructors ask for.
     """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[MobiusError], args: tuple[Any, ...], attributes: dict[str, Any]) -> Any:
+    """An error as it was in another process."""
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 class InvalidInput(MobiusError, ValueError):

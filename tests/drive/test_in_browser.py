@@ -105,7 +105,7 @@ def act(person):
     dropped = time.monotonic()
     page.close()
     assert person.stopped_after(dropped) < 0.5
-    assert person.now.stopped and "page is gone" in person.now.message
+    assert person.wait(lambda: person.now.stopped, 2) and "page is gone" in person.now.message
 
 
 def test_a_person_drives_stands_up_goes_to_a_goal_stops_and_leaves():

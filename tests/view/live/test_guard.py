@@ -120,6 +120,18 @@ def test_only_the_page_with_the_controls_is_heard():
     assert not pulse.there and not pulse.keys
 
 
+def test_a_page_that_hangs_up_is_gone_at_once_and_may_come_back():
+    pulse = Pulse(Clock())
+    pulse.enter("a")
+    pulse.hear("a", said())
+    pulse.hang_up("b")
+    assert pulse.there
+    pulse.hang_up("a")
+    assert not pulse.there and not pulse.keys
+    pulse.hear("a", said())
+    assert pulse.there
+
+
 def test_keys_grow_old_before_the_page_does():
     clock = Clock()
     pulse = Pulse(clock)

@@ -227,6 +227,7 @@ async def _listen(ws: Any, pulse: Pulse) -> None:
         async for message in ws:
             if isinstance(message, str):
                 pulse.hear(_session(ws), message)
+    pulse.hang_up(_session(ws))
 
 
 def _path(ws: Any) -> str:

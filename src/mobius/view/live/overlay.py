@@ -65,7 +65,7 @@ def _plan(way: Way) -> list[mujoco.MjvGeom]:
 def _goal(xy: tuple[float, float]) -> mujoco.MjvGeom:
     at = np.array([*xy, 0.01])
     return _geom(
-        mujoco.mjtGeom.mjGEOM_CYLINDER, (0.15, 0.15, 0.006), at, np.eye(3), (0.82, 0.16, 0.16, 0.8)
+        mujoco.mjtGeom.mjGEOM_CYLINDER, (0.15, 0.006, 0.0), at, np.eye(3), (0.82, 0.16, 0.16, 0.8)
     )
 
 

@@ -55,7 +55,10 @@ class Plots:
         if not imgui.BeginTabBar("##plots"):
             return
         for name, plots in self._tabs:
-            if imgui.BeginTabItem(name):
+            opened = imgui.BeginTabItem(name)
+            low, high = imgui.GetItemRectMin(), imgui.GetItemRectMax()
+            self._cockpit.places[name] = (0.5 * (low.x + high.x), 0.5 * (low.y + high.y))
+            if opened:
                 room = imgui.GetContentRegionAvail()
                 width = max(80.0, (room.x - 8.0 * (len(plots) - 1)) / len(plots))
                 for k, (title, unit, curves) in enumerate(plots):

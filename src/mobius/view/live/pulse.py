@@ -60,10 +60,14 @@ class Pulse:
 
     def leave(self, session: str) -> None:
         """It is gone; whoever comes next starts with no key held."""
+        self.hang_up(session)
+        self.pages.pop(session, None)
+
+    def hang_up(self, session: str) -> None:
+        """It says no more: gone from now on, until it speaks again."""
         if next(iter(self.pages), None) == session:
             self.heard, self.keys, self.axes, self.buttons = -1e9, frozenset(), (), ()
             self.pressed.clear()
-        self.pages.pop(session, None)
 
     def hear(self, session: str, text: str) -> None:
         """Take in one message of :file:`pulse.js`; what is none counts for nothing."""

@@ -1,0 +1,168 @@
+"""The page in a browser: pictures of it for the docs, and how well the loop keeps time behind it.
+
+    python benchmarks/pages.py --pictures                # docs/images/{drive,plots,replay}.png
+    python benchmarks/pages.py --time --seconds 60       # benchmarks/results/pages.json
+
+Both need Chromium and playwright. Chromium draws without a graphics card here, which takes every
+core it can get: the worst company a real-time loop can have.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mobius.bridge.read_run import open_run
+from mobius.drive.run import drive
+from mobius.files import write_json_atomic
+from mobius.mission import run as run_mission
+from mobius.view.live.guard import Door
+from mobius.view.live.nouns import Go
+from mobius.view.replay import show
+
+ROOT = Path(__file__).parents[1]
+IMAGES, RESULTS = ROOT / "docs" / "images", ROOT / "benchmarks" / "results" / "pages.json"
+ARGS = (
+    "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+Act = Callable[[Any, dict[str, Any]], None]
+
+
+class Over(Exception):
+    """The visit is over."""
+
+
+def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None:
+    """Start a viewer, open its page in Chromium, and let ``act(page, state)`` do something.
+
+    ``state["cockpit"]`` is the viewer's.
+    """
+    state: dict[str, Any] = {}
+
+    def browse(address: str) -> None:
+        from playwright.sync_api import sync_playwright
+
+        try:
+            with sync_playwright() as play:
+                found = shutil.which("chromium") or shutil.which("chromium-browser")
+                browser = play.chromium.launch(executable_path=found, args=list(ARGS))
+                page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+                page.goto(address)
+                while not state.get("cockpit") or not state["cockpit"].places:
+                    time.sleep(0.1)
+                act(page, state)
+                browser.close()
+        finally:
+            state["over"] = True
+
+    def ready(address: str) -> None:
+        threading.Thread(target=browse, args=(address,), daemon=True).start()
+
+    def seen(cockpit: Any) -> None:
+        state["cockpit"] = cockpit
+        if state.get("over"):
+            raise Over
+
+    try:
+        start(ready=ready, seen=seen)
+    except Over:
+        return
+
+
+def click(page: Any, state: dict[str, Any], name: str) -> None:
+    """Click a button or tab of the page, slowly: frames are rare."""
+    page.mouse.move(*state["cockpit"].places[name])
+    time.sleep(4.0)
+    page.mouse.down()
+    time.sleep(4.0)
+    page.mouse.up()
+    time.sleep(4.0)
+
+
+def pictures() -> None:
+    """The drive page while it follows a plan, its plots, and a replay."""
+
+    def driving(page: Any, state: dict[str, Any]) -> None:
+        time.sleep(8.0)
+        state["cockpit"].ask(Go(("crawl",)))
+        time.sleep(9.0)
+        page.screenshot(path=IMAGES / "drive.png")
+        click(page, state, "power and forces")
+        page.screenshot(path=IMAGES / "plots.png")
+
+    def replaying(page: Any, state: dict[str, Any]) -> None:
+        time.sleep(20.0)
+        page.screenshot(path=IMAGES / "replay.png")
+
+    size = (1400, 860)
+    visit(lambda **k: drive("demo", door=Door(port=0), seconds=300.0, **k), driving, size=size)
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "demo"
+        run_mission("demo", out, video=False)
+        recorded = open_run(out)
+        visit(lambda **k: show(recorded, port=0, seconds=300.0, **k), replaying, size=size)
+
+
+def keeping(seconds: float) -> dict[str, Any]:
+    """How well time was kept over some seconds of driving by keys, the page open all the while."""
+    figures: dict[str, Any] = {}
+
+    def watching(page: Any, state: dict[str, Any]) -> None:
+        time.sleep(6.0)
+        state["cockpit"].driving = True
+        first = state["cockpit"].snapshot
+        began = time.monotonic()
+        while time.monotonic() - began < seconds:
+            page.keyboard.down("ArrowLeft")
+            time.sleep(2.0)
+            page.keyboard.up("ArrowLeft")
+            time.sleep(1.0)
+        last, wall = state["cockpit"].snapshot, time.monotonic() - began
+        rounds = [300.0 * first.t, 300.0 * last.t]
+        missed = [s.keeping.misses * n for s, n in zip((first, last), rounds, strict=True)]
+        figures.update(
+            seconds=wall,
+            real_time_factor=(last.t - first.t) / wall,
+            deadlines_missed=(missed[1] - missed[0]) / (rounds[1] - rounds[0]),
+            late_p99_ms=last.keeping.late_p99_ms,
+            given_up_s=last.keeping.dropped_s - first.keeping.dropped_s,
+            load_average=os.getloadavg()[0],
+            cores=os.cpu_count(),
+            mode=last.mode,
+        )
+
+    visit(
+        lambda **k: drive("demo", door=Door(port=0), seconds=seconds + 200.0, shadows=False, **k),
+        watching,
+        size=(900, 640),
+    )
+    return figures
+
+
+def main() -> None:
+    """Make the pictures, or measure."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--time", action="store_true")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    options = parser.parse_args()
+    if options.pictures:
+        pictures()
+    if options.time:
+        result = keeping(options.seconds)
+        print(json.dumps(result, indent=2))
+        write_json_atomic(RESULTS, result)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""A recorded run in the viewer's hands."""
+
+import numpy as np
+import pytest
+
+from mobius.bridge.read_run import open_run
+from mobius.mission import run as run_mission
+from mobius.model.robot import addresses
+from mobius.view.live.nouns import Freeze, Reset, Snapshot, Way
+from mobius.view.live.visited import Visited
+from mobius.view.replay import Play, Player, Seek, plotted
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    out = tmp_path_factory.mktemp("run") / "arena"
+    run_mission("arena", out, video=False)
+    return open_run(out)
+
+
+@pytest.fixture
+def player(run):
+    return Player(run, clock=Clock())
+
+
+def step(player, seconds):
+    player._clock.now += seconds
+    return list(player.come())
+
+
+def test_joints_shown_are_those_recorded(run, player):
+    at = addresses(player.model).qpos
+    worst = 0.0
+    for row in range(0, len(run), 7):
+        player.send(Seek(float(run.t[row])))
+        snapshot = step(player, 0.0)[-1]
+        worst = max(worst, float(np.abs(snapshot.qpos[at] - run.q[row]).max()))
+    assert worst <= 1e-6
+
+
+def test_time_goes_on_at_its_speed_and_ends_with_the_log(run, player):
+    step(player, 1.0)
+    assert player.t == pytest.approx(run.t[0] + 1.0)
+    player.send(Play(True, 2.0))
+    step(player, 1.0)
+    assert player.t == pytest.approx(run.t[0] + 3.0)
+    player.send(Freeze(True))
+    step(player, 5.0)
+    assert player.t == pytest.approx(run.t[0] + 3.0)
+    player.send(Play(True, 4.0))
+    step(player, 1e4)
+    assert player.t == run.t[-1] and not player.playing
+    player.send(Reset())
+    assert player.t == run.t[0]
+
+
+def test_the_slider_stays_within_the_log(run, player):
+    player.send(Seek(-5.0))
+    assert player.t == run.t[0]
+    player.send(Seek(1e9))
+    assert player.t == run.t[-1]
+
+
+def test_the_plan_comes_once_and_the_robot_each_time(player):
+    kinds = [type(x) for _ in range(5) for x in step(player, 0.1)]
+    assert kinds.count(Way) == 1 and kinds.count(Snapshot) == 5
+
+
+def test_true_and_believed_poses_are_the_logs(run, player):
+    snapshot = step(player, 2.0)[-1]
+    row = run.at(player.t)
+    assert np.allclose(snapshot.true_pose[:3], run.true.p_M[row])
+    assert np.allclose(snapshot.believed_pose[:3], run.believed.p_M[row])
+    assert np.allclose(snapshot.twist[2], run.true.twist_H[row])
+
+
+def test_the_curves_hold_every_number_of_the_tabs(run):
+    t, rows = plotted(run, 4)
+    assert rows.shape == (len(t), 18) and np.isfinite(rows).all()
+    assert np.allclose(rows[:, 9], run.power[::4])
+
+
+def test_squares_are_gathered_and_a_jump_back_starts_anew(player):
+    visited = Visited()
+    for _ in range(40):
+        visited.see(player.first, step(player, 0.25)[-1])
+    assert len(visited.squares) >= 3
+    player.send(Reset())
+    visited.see(player.first, step(player, 0.0)[-1])
+    assert len(visited.squares) == 1
