@@ -102,9 +102,8 @@ def act(person):
 
     page.keyboard.down("ArrowUp")
     assert person.wait(lambda: person.now.twist[0, 0] > 0.5, 5)
-    dropped = time.monotonic()
     page.close()
-    assert person.stopped_after(dropped) < 0.5
+    assert person.stopped_after(time.monotonic()) < 0.5
     assert person.wait(lambda: person.now.stopped, 2) and "page is gone" in person.now.message
 
 
