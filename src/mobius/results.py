@@ -16,6 +16,7 @@ from typing import Any
 from mobius.bridge.record import McapRecorder
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import write_json_atomic
+from mobius.model.urdf import build_urdf
 from mobius.robot import TICK
 from mobius.stack import FRAME_EVERY, Judge, RunRecord
 from mobius.types import Mode, Plan, Pose
@@ -88,7 +89,7 @@ def build_log(world: World, plan: Plan, judge: Judge) -> McapRecorder:
     """Every sample of a run as ROS messages, with the truth beside it; odom is map."""
     recorder = McapRecorder()
     here = Pose(p=[0.0, 0.0, 0.0], q=[1.0, 0.0, 0.0, 0.0])  # type: ignore[arg-type]
-    recorder.once(grid=world.grid, plan=plan, pose_MO=here)
+    recorder.once(grid=world.grid, plan=plan, pose_MO=here, description=build_urdf())
     for sample, truth in zip(judge.samples, judge.truths, strict=True):
         recorder.step(
             sample.tick,

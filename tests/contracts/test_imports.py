@@ -25,7 +25,7 @@ LAYERS = (
     ("reel",),
     ("results",),
     ("train", "bridge", "view", "sweep", "doctor", "headless"),
-    ("assemble",),
+    ("assemble", "pace"),
     ("stack",),
     ("world", "plan", "modes", "control", "robot", "sense", "estimate"),
     ("model",),
@@ -38,7 +38,7 @@ HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 FENCED = {
     "cma", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
     "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl", "scipy", "torch",
-    "tqdm", "tyro", "yaml",
+    "tqdm", "tyro", "yaml", "zenoh",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 

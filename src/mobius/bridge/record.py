@@ -21,7 +21,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from mobius.bridge.messages import CLOCK_HZ, TOPICS, Topic, encode, topic
+from mobius.bridge.messages import CLOCK_HZ, TOPICS, due_rows, encode, topic
 from mobius.bridge.to_ros import STORE, time_ns
 from mobius.errors import InvalidInput
 from mobius.files import copy_atomic
@@ -46,17 +46,14 @@ class McapRecorder:
     second.
 
     Args:
-        topics: Which topics of the table to record; all of them by default.
+        topics: Which topics of the table to record; by default all that are not only live.
     """
 
     def __init__(self, *, topics: tuple[str, ...] | None = None) -> None:
-        rows = [topic(name) for name in (TOPICS if topics is None else topics)]
+        logged = tuple(name for name, row in TOPICS.items() if row.where != "live")
+        rows = [topic(name) for name in (logged if topics is None else topics)]
         self._latched = [row for row in rows if row.latched]
-        periodic = [row for row in rows if not row.latched]
-        self._due: list[tuple[Topic, ...]] = [
-            tuple(row for row in periodic if tick % (CLOCK_HZ // row.rate) == 0)
-            for tick in range(CLOCK_HZ)
-        ]
+        self._due = due_rows(rows)
         self._messages: list[tuple[str, int, bytes | memoryview]] = []
 
     def __len__(self) -> int:
@@ -70,16 +67,19 @@ class McapRecorder:
         grid: GridMap | None = None,
         plan: Plan | None = None,
         pose_MO: Pose | None = None,
+        description: str | None = None,
     ) -> None:
-        """Record what is published once: map, plan, and the pose of odom in map.
+        """Record what is published once: map, plan, the pose of odom in map, the robot.
 
         Args:
             stamp: When it was said [s]; a new plan may be recorded later in the run.
             grid: For ``/map``.
             plan: For ``/plan`` and ``/mobius/plan_modes``.
             pose_MO: For ``/tf_static``.
+            description: URDF, for ``/robot_description``.
         """
-        self._take(self._latched, stamp, {"grid": grid, "plan": plan, "pose_MO": pose_MO})
+        nouns = {"grid": grid, "plan": plan, "pose_MO": pose_MO, "description": description}
+        self._take(self._latched, stamp, nouns)
 
     def step(
         self,

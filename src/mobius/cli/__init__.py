@@ -12,10 +12,12 @@ import tyro
 from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
+from mobius.cli.export_model import Model
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
 from mobius.cli.reel import Reel
+from mobius.cli.ros2 import Ros2
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
 from mobius.errors import MobiusError, UnknownName
@@ -24,6 +26,8 @@ VERBS: dict[str, Callable[..., Any]] = {
     "demo": Demo,
     "run": Run,
     "plan": PlanVerb,
+    "ros2": Ros2,
+    "model": Model,
     "reel": Reel,
     "sweep": Sweep,
     "train": Train,
