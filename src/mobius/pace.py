@@ -77,7 +77,7 @@ class Timing:
     late_p99: float
     """99 % of the last ten seconds' rounds were done within this time after they were due."""
     lag: float
-    """How far the stack is behind its schedule now; at most 0.1."""
+    """How far the stack is behind its schedule now; 0.1 and the round that runs at most."""
     dropped: float
     """What was given up for good."""
 

@@ -18,6 +18,7 @@ from mobius.bridge.about import About
 from mobius.bridge.record import McapRecorder
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import write_json_atomic
+from mobius.model.urdf import build_urdf
 from mobius.robot import TICK
 from mobius.stack import FRAME_EVERY, Judge, RunRecord
 from mobius.types import Mode, Plan, Pose
@@ -107,7 +108,7 @@ def build_log(
     """
     recorder = McapRecorder(about=about)
     here = Pose(p=[0.0, 0.0, 0.0], q=[1.0, 0.0, 0.0, 0.0])  # type: ignore[arg-type]
-    recorder.once(grid=world.grid, plan=plan, pose_MO=here)
+    recorder.once(grid=world.grid, plan=plan, pose_MO=here, description=build_urdf())
     for t, new in later:
         recorder.once(stamp=t, plan=new)
     for k, poses in enumerate(mocap):

@@ -11,6 +11,8 @@ from mobius.bridge.messages import CLOCK_HZ, TOPICS, decode, encode, topic
 from mobius.bridge.to_ros import STORE
 from mobius.errors import InvalidInput, UnknownName
 from mobius.model.joints import JOINTS
+from mobius.model.passive import PASSIVE, passive_joints
+from mobius.model.urdf import build_urdf, fixed_frames
 from mobius.types import ALL_MODES_BITS, Mode
 
 YAW_90 = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
@@ -35,8 +37,9 @@ def test_every_rate_divides_the_base_clock(row):
 
 
 def test_joint_states_round_trip_under_the_models_names(nouns):
-    frame = nouns["frame"]
-    assert tuple(sent("/joint_states", nouns).name) == JOINTS
+    frame, message = nouns["frame"], sent("/joint_states", nouns)
+    assert tuple(message.name) == (*JOINTS, *PASSIVE)
+    assert len(message.position) == len(message.velocity) == len(message.effort) == 30
     q, dq, torque = decode("/joint_states", encode("/joint_states", frame))
     np.testing.assert_array_equal(q, frame.q)
     np.testing.assert_array_equal(dq, frame.dq)
@@ -57,6 +60,66 @@ def test_a_joint_the_model_does_not_have_is_refused_by_name(nouns):
     message.name = ["left_elbow", *JOINTS[1:]]
     with pytest.raises(InvalidInput, match=r"at odds: left_elbow, left_shoulder_yaw"):
         TOPICS["/joint_states"].from_ros(message)
+
+
+def test_joint_states_carry_the_passive_joints_behind_the_driven_ones(nouns):
+    message = sent("/joint_states", nouns)
+    np.testing.assert_array_equal(message.position[22:], passive_joints(nouns["frame"].q))
+    assert message.effort[22:].tolist() == [0.0] * 8
+
+
+def test_the_static_frames_are_map_to_odom_and_the_fixed_joints_of_the_urdf(nouns):
+    message = sent("/tf_static", nouns)
+    said = [(t.header.frame_id, t.child_frame_id) for t in message.transforms]
+    assert said == [("map", "odom"), *((f.parent, f.name) for f in fixed_frames())]
+
+
+def test_the_description_travels_whole(nouns):
+    urdf = build_urdf()
+    assert decode("/robot_description", encode("/robot_description", urdf)) == urdf
+
+
+def test_a_picture_keeps_its_pixels_and_its_lens(nouns):
+    picture = nouns["picture"]
+    name = "/camera/color/image_raw"
+    np.testing.assert_array_equal(decode(name, encode(name, picture)), picture.pixels)
+    message = sent("/camera/color/camera_info", nouns)
+    # 6 x 4 pixels, focal length 5: the middle of the picture is (3, 2)
+    assert message.k.tolist() == [5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]
+    assert (message.width, message.height) == (6, 4)
+    assert message.header.frame_id in {f.name for f in fixed_frames()}
+
+
+@pytest.mark.parametrize("kind", ["Twist", "TwistStamped"])
+def test_a_velocity_that_is_not_finite_is_refused(kind, nouns):
+    stamped = sent("/cmd_vel", nouns)
+    message = stamped if kind == "TwistStamped" else stamped.twist
+    getattr(message, "twist", message).linear.y = np.nan
+    with pytest.raises(InvalidInput, match="expected finite numbers"):
+        TOPICS["/cmd_vel"].from_ros(message)
+
+
+def test_a_goal_in_a_frame_we_do_not_know_is_refused():
+    from mobius.bridge.from_ros import goal
+
+    types = STORE.types
+    message = sent_pose(types, "base_link")
+    with pytest.raises(InvalidInput, match="got frame 'base_link'"):
+        goal(message)
+    np.testing.assert_array_equal(goal(sent_pose(types, "map")), [1.0, 2.0])
+
+
+def sent_pose(types, frame):
+    """A PoseStamped at (1, 2, 3)."""
+    from mobius.bridge.to_ros import header
+
+    return types["geometry_msgs/msg/PoseStamped"](
+        header=header(1.0, frame),
+        pose=types["geometry_msgs/msg/Pose"](
+            position=types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0),
+            orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+        ),
+    )
 
 
 def test_the_bytes_of_a_clock_are_the_ones_computed_by_hand():
@@ -120,7 +183,7 @@ def test_wrenches_are_left_and_right(nouns):
     for row, side in enumerate(("left", "right")):
         name = f"/{side}_gripper/wrench"
         np.testing.assert_array_equal(decode(name, encode(name, frame)), frame.wrench_S[row])
-        assert sent(name, nouns).header.frame_id == f"{side[0]}_gripper"
+        assert sent(name, nouns).header.frame_id == f"{side[0]}_wrist_ft"
 
 
 def test_the_imu_says_that_it_gives_no_orientation(nouns):

@@ -18,6 +18,7 @@ from mobius.control.observation import heading_twist
 from mobius.errors import InvalidInput
 from mobius.geometry import rpy_to_quat
 from mobius.model.joints import JOINTS
+from mobius.model.passive import PASSIVE
 from mobius.model.robot import addresses, configuration
 from mobius.types import LIMBS, Mode, ModeCommand, Plan, Pose, StateEstimate
 
@@ -160,7 +161,7 @@ def test_plans_and_obstacles_are_those_in_force(nouns, tmp_path):
 
 
 def test_other_joints_than_the_robots_are_refused_by_name(nouns, tmp_path, monkeypatch):
-    monkeypatch.setattr("mobius.bridge.to_ros._NAMES", ["left_elbow", *JOINTS[1:]])
+    monkeypatch.setattr("mobius.bridge.to_ros._ALL_NAMES", ["left_elbow", *JOINTS[1:], *PASSIVE])
     recorder = McapRecorder()
     recorder.step(0, frame=nouns["frame"])
     recorder.save(tmp_path / "run.mcap")

@@ -14,14 +14,15 @@ from mobius.bridge.messages import TOPICS
 from mobius.bridge.record import McapRecorder
 from mobius.errors import InvalidInput, UnknownName
 from mobius.model.joints import JOINTS
+from mobius.model.passive import PASSIVE
 
-ONCE = ("grid", "plan", "pose_MO", "obstacles")
+LOGGED = {name: row for name, row in TOPICS.items() if row.where != "live"}
 PERIODIC = ("frame", "belief", "command", "target", "truth")
 
 
 def record_one_second(nouns, **options):
     recorder = McapRecorder(**options)
-    recorder.once(**{name: nouns[name] for name in ONCE})
+    recorder.once(**{row.noun: nouns[row.noun] for row in LOGGED.values() if row.latched})
     for tick in range(600):
         recorder.step(tick, **{name: nouns[name] for name in PERIODIC})
     return recorder
@@ -36,7 +37,7 @@ def log(tmp_path, nouns):
 def test_one_second_holds_every_topic_as_often_as_the_table_says(log):
     with AnyReader([log]) as reader:
         counts = Counter(c.topic for c, _, _ in reader.messages())
-    assert counts == {name: row.rate or 1 for name, row in TOPICS.items()}
+    assert counts == {name: row.rate or 1 for name, row in LOGGED.items()}
 
 
 def test_rosbags_reads_joint_names_and_values(log, nouns):
@@ -44,8 +45,8 @@ def test_rosbags_reads_joint_names_and_values(log, nouns):
         wanted = [c for c in reader.connections if c.topic == "/joint_states"]
         messages = [reader.deserialize(d, c.msgtype) for c, _, d in reader.messages(wanted)]
     for message in messages:
-        assert tuple(message.name) == JOINTS
-        np.testing.assert_array_equal(message.position, nouns["frame"].q)
+        assert tuple(message.name) == (*JOINTS, *PASSIVE)
+        np.testing.assert_array_equal(message.position[:22], nouns["frame"].q)
 
 
 def test_mcap_ros2_reads_joint_names_and_values_too(log, nouns):
@@ -58,14 +59,14 @@ def test_mcap_ros2_reads_joint_names_and_values_too(log, nouns):
         for _, channel, _, message in source.iter_decoded_messages():
             seen[channel.topic] += 1
             if channel.topic == "/joint_states":
-                assert tuple(message.name) == JOINTS
-                assert list(message.effort) == nouns["frame"].torque.tolist()
+                assert tuple(message.name) == (*JOINTS, *PASSIVE)
+                assert list(message.effort[:22]) == nouns["frame"].torque.tolist()
             elif channel.topic == "/odom":
                 assert message.pose.pose.position.y == 0.2
                 assert message.pose.pose.orientation.w == np.sqrt(0.5)
             elif channel.topic == "/map":
                 assert list(message.data) == [0, 0, 100, 0, 0, 0]
-    assert set(seen) == set(TOPICS)
+    assert set(seen) == set(LOGGED)
 
 
 def test_log_times_are_those_of_the_ticks(log):
@@ -82,7 +83,8 @@ def test_map_plan_and_static_frames_are_offered_to_late_listeners(log):
             c.topic: c.ext.offered_qos_profiles[0].durability.name for c in reader.connections
         }
     latched = {name for name, kind in durability.items() if kind == "TRANSIENT_LOCAL"}
-    assert latched == {"/map", "/plan", "/mobius/plan_modes", "/mobius/obstacles", "/tf_static"}
+    assert latched == {name for name, row in LOGGED.items() if row.latched}
+    assert latched >= {"/map", "/plan", "/tf_static", "/robot_description", "/mobius/obstacles"}
 
 
 def test_a_noun_left_out_is_not_recorded(nouns, tmp_path):

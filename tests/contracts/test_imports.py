@@ -38,7 +38,7 @@ HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 FENCED = {
     "cma", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mcap", "mujoco", "onnx",
     "onnxruntime", "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl",
-    "scipy", "torch", "tqdm", "tyro", "yaml",
+    "scipy", "torch", "tqdm", "tyro", "yaml", "zenoh",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 

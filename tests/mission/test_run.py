@@ -15,6 +15,7 @@ from mobius import mission
 from mobius.bridge.read_run import open_run
 from mobius.errors import InvalidInput
 from mobius.model import JOINTS
+from mobius.model.passive import PASSIVE
 from mobius.model.robot import addresses, keyframe, load_model
 from mobius.modes import ModeMachine
 from mobius.results import staged
@@ -86,9 +87,10 @@ def test_log_decodes_and_names_the_joints(outcome):
 
     path = str(outcome.files["run.mcap"])
     first = next(iter(read_ros2_messages(path, topics=["/joint_states"]))).ros_msg
-    assert tuple(first.name) == JOINTS
+    assert tuple(first.name) == (*JOINTS, *PASSIVE)
     topics = {m.channel.topic for m in read_ros2_messages(path)}
-    assert {"/odom", "/cmd_vel", "/imu/data", "/plan", "/map", "/tf"} <= topics
+    known = {"/odom", "/cmd_vel", "/imu/data", "/plan", "/map", "/tf", "/tf_static"}
+    assert known | {"/robot_description"} <= topics
 
 
 def test_the_run_comes_back_from_its_log_as_it_was(outcome):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mobius.errors import InvalidInput
 from mobius.geometry import quat_to_rpy
 from mobius.model.joints import JOINTS
+from mobius.model.passive import PASSIVE
 from mobius.types import ALL_MODES_BITS, LIMBS, GridMap, JointCommand, Mode, Pose, StateEstimate
 
 Array = NDArray[np.float64]
@@ -38,15 +39,18 @@ def clock(message: Any) -> float:
 
 
 def _in_joint_order(message: Any) -> NDArray[np.int64]:
-    """Where each of JOINTS stands in the message, which may list them in any order."""
-    names = list(message.name)
+    """Where each of JOINTS stands in the message, which may list them in any order, and the
+    passive joints with them.
+    """
+    names = [name for name in message.name if name not in PASSIVE]
     if sorted(names) != sorted(JOINTS):
         wrong = sorted(set(names) ^ set(JOINTS)) or ["a name twice"]
         raise InvalidInput(
             f"JointState.name: expected the {len(JOINTS)} joints of mobius.model.JOINTS,"
             f" got {len(names)} names; at odds: {', '.join(wrong)}"
         )
-    return np.array([names.index(joint) for joint in JOINTS])
+    places = list(message.name)
+    return np.array([places.index(joint) for joint in JOINTS])
 
 
 def joints(message: Any) -> tuple[Array, Array, Array]:
@@ -108,15 +112,54 @@ def obstacles(message: Any) -> Array:
 
 
 def transform(message: Any) -> Pose:
-    """Pose of the child in the parent of the message's only transform."""
+    """Pose of the child in the parent of the message's first transform."""
     tf = message.transforms[0].transform
     return Pose(p=_vector(tf.translation), q=_quaternion(tf.rotation))
 
 
 def cmd_vel(message: Any) -> Array:
-    """(3,) vx, vy [m/s], wz [rad/s] in base_footprint, of a Twist or a TwistStamped."""
+    """(3,) vx, vy [m/s], wz [rad/s] in base_footprint, of a Twist or a TwistStamped.
+
+    Raises :class:`InvalidInput` where one is not finite.
+    """
     twist = getattr(message, "twist", message)
-    return np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+    return _finite("twist", np.array([twist.linear.x, twist.linear.y, twist.angular.z]))
+
+
+def _finite(what: str, values: Array) -> Array:
+    if not np.isfinite(values).all():
+        raise InvalidInput(f"{what}: expected finite numbers, got {values.tolist()}")
+    return values
+
+
+def joy(message: Any) -> tuple[Array, NDArray[np.int64]]:
+    """Axes (a,) in [-1, 1] and buttons (b,), 1 while held. Raises :class:`InvalidInput`."""
+    axes = np.array(message.axes, dtype=float).reshape(-1)
+    return _finite("joy axes", axes), np.array(message.buttons, dtype=np.int64).reshape(-1)
+
+
+def goal(message: Any) -> Array:
+    """(2,) a point of the frame map [m]. Raises :class:`InvalidInput`."""
+    frame = message.header.frame_id
+    if frame.lstrip("/") not in ("map", "odom"):  # the belief's odom is the map's frame here
+        raise InvalidInput(f"goal: expected a pose in frame 'map', got frame '{frame}'")
+    return _finite("goal", _vector(message.pose.position)[:2])
+
+
+def flag(message: Any) -> bool:
+    """Of a Bool."""
+    return bool(message.data)
+
+
+def text(message: Any) -> str:
+    """Of a String."""
+    return str(message.data)
+
+
+def status(message: Any) -> dict[str, Any]:
+    """What a live robot says of itself."""
+    said: dict[str, Any] = json.loads(message.data)
+    return said
 
 
 def mode(message: Any) -> Mode:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from mobius.bridge.about import About
 from mobius.bridge.log_file import LogFile
-from mobius.bridge.messages import CLOCK_HZ, TOPICS, Topic, encode, topic
+from mobius.bridge.messages import CLOCK_HZ, TOPICS, due_rows, encode, topic
 from mobius.bridge.to_ros import STORE, time_ns
 from mobius.errors import InvalidInput, MobiusError
 from mobius.files import write_bytes_atomic
@@ -53,7 +53,7 @@ class McapRecorder:
     at a time may use it.
 
     Args:
-        topics: Which topics of the table to record; all of them by default.
+        topics: Which topics of the table to record; by default all that are not only live.
         path: File ending in ``.mcap`` to write as the run goes on; it must not exist.
         about: What is recorded.
 
@@ -69,13 +69,10 @@ class McapRecorder:
         path: str | Path | None = None,
         about: About | None = None,
     ) -> None:
-        rows = [topic(name) for name in (TOPICS if topics is None else topics)]
+        logged = tuple(name for name, row in TOPICS.items() if row.where != "live")
+        rows = [topic(name) for name in (logged if topics is None else topics)]
         self._latched = [row for row in rows if row.latched]
-        periodic = [row for row in rows if not row.latched]
-        self._due: list[tuple[Topic, ...]] = [
-            tuple(row for row in periodic if tick % (CLOCK_HZ // row.rate) == 0)
-            for tick in range(CLOCK_HZ)
-        ]
+        self._due = due_rows(rows)
         for row in rows:  # what the first message of a type would wait for
             STORE.get_msgdef(row.type)
         self._messages: list[tuple[str, int, bytes | memoryview]] = []
@@ -117,8 +114,10 @@ class McapRecorder:
         plan: Plan | None = None,
         pose_MO: Pose | None = None,
         obstacles: ArrayLike | None = None,
+        description: str | None = None,
     ) -> None:
-        """Record what is published once: map, plan, pose of odom in map; obstacles as they move.
+        """Record what is published once: map, plan, pose of odom in map, the robot; obstacles as
+        they move.
 
         Args:
             stamp: When it was said [s]; the time of the last sample if not given, 0 before any.
@@ -127,8 +126,15 @@ class McapRecorder:
             plan: For ``/plan`` and ``/mobius/plan_modes``.
             pose_MO: For ``/tf_static``.
             obstacles: (k, 7) poses of the scene's mocap bodies, x y z [m] qw qx qy qz.
+            description: URDF, for ``/robot_description``.
         """
-        nouns = {"grid": grid, "plan": plan, "pose_MO": pose_MO, "obstacles": obstacles}
+        nouns = {
+            "grid": grid,
+            "plan": plan,
+            "pose_MO": pose_MO,
+            "obstacles": obstacles,
+            "description": description,
+        }
         self._take(self._latched, self.time if stamp is None else stamp, nouns)
 
     def see(self, sample: Sample, truth: StateEstimate | None = None) -> None:

@@ -5,7 +5,7 @@ and nanoseconds, everything else in the SI units it came in.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from mobius.geometry import rpy_to_quat
 from mobius.model.joints import JOINTS
+from mobius.model.passive import PASSIVE, passive_joints, passive_rates
+from mobius.model.urdf import fixed_frames
 from mobius.types import (
     LIMBS,
     GridMap,
@@ -43,6 +45,8 @@ _LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
 _POSE_COV = (12 * _LINEAR_FIRST[:, None] + _LINEAR_FIRST).ravel()
 _TWIST_COV = _POSE_COV + 12 * 6 + 6
 _NAMES = list(JOINTS)
+_ALL_NAMES = [*JOINTS, *PASSIVE]
+_NO_TORQUE = np.zeros(len(PASSIVE))
 _NO_RATES = np.zeros(0)
 _ZERO_COV = np.zeros(9)
 _UNKNOWN_ORIENTATION = np.array([-1.0, *[0.0] * 8])
@@ -58,7 +62,8 @@ def _time(stamp: float) -> Any:
     return _Time(sec=sec, nanosec=nanosec)
 
 
-def _header(stamp: float, frame: str) -> Any:
+def header(stamp: float, frame: str) -> Any:
+    """Time [s] and frame of a message."""
     return _Header(stamp=_time(stamp), frame_id=frame)
 
 
@@ -82,20 +87,22 @@ def clock(stamp: float) -> Any:
 
 
 def joints(frame: SensorFrame) -> Any:
-    """Encoder angles [rad], rates [rad/s] and torques [N m], names = JOINTS."""
+    """Encoder angles [rad], rates [rad/s] and torques [N m] of JOINTS, then of the eight passive
+    joints, which follow from the angles; without them a URDF's links would have no place.
+    """
     return _T["sensor_msgs/msg/JointState"](
-        header=_header(frame.stamp, "base_link"),
-        name=_NAMES,
-        position=frame.q,
-        velocity=frame.dq,
-        effort=frame.torque,
+        header=header(frame.stamp, "base_link"),
+        name=_ALL_NAMES,
+        position=np.concatenate([frame.q, passive_joints(frame.q)]),
+        velocity=np.concatenate([frame.dq, passive_rates(frame.q, frame.dq)]),
+        effort=np.concatenate([frame.torque, _NO_TORQUE]),
     )
 
 
 def targets(command: JointCommand) -> Any:
     """Position targets [rad], names = JOINTS; velocity and effort are empty."""
     return _T["sensor_msgs/msg/JointState"](
-        header=_header(command.stamp, "base_link"),
+        header=header(command.stamp, "base_link"),
         name=_NAMES,
         position=command.q,
         velocity=_NO_RATES,
@@ -106,7 +113,7 @@ def targets(command: JointCommand) -> Any:
 def imu(frame: SensorFrame) -> Any:
     """Angular rate [rad/s] and specific force [m/s^2]; orientation marked as not given."""
     return _T["sensor_msgs/msg/Imu"](
-        header=_header(frame.stamp, "imu"),
+        header=header(frame.stamp, "imu"),
         orientation=_Quaternion(x=0.0, y=0.0, z=0.0, w=1.0),
         orientation_covariance=_UNKNOWN_ORIENTATION,
         angular_velocity=_vector(frame.gyro_I),
@@ -119,7 +126,7 @@ def imu(frame: SensorFrame) -> Any:
 def _wrench(frame: SensorFrame, row: int, frame_id: str) -> Any:
     force_torque = frame.wrench_S[row]
     return _T["geometry_msgs/msg/WrenchStamped"](
-        header=_header(frame.stamp, frame_id),
+        header=header(frame.stamp, frame_id),
         wrench=_T["geometry_msgs/msg/Wrench"](
             force=_vector(force_torque[:3]), torque=_vector(force_torque[3:])
         ),
@@ -128,12 +135,12 @@ def _wrench(frame: SensorFrame, row: int, frame_id: str) -> Any:
 
 def left_wrench(frame: SensorFrame) -> Any:
     """Force [N] and torque [N m] at the left wrist, sensor frame."""
-    return _wrench(frame, 0, "l_gripper")
+    return _wrench(frame, 0, "l_wrist_ft")
 
 
 def right_wrench(frame: SensorFrame) -> Any:
     """Force [N] and torque [N m] at the right wrist, sensor frame."""
-    return _wrench(frame, 1, "r_gripper")
+    return _wrench(frame, 1, "r_wrist_ft")
 
 
 def vio(frame: SensorFrame) -> Any | None:
@@ -141,13 +148,13 @@ def vio(frame: SensorFrame) -> Any | None:
     if frame.vio is None:
         return None
     return _PoseStamped(
-        header=_header(frame.stamp, "vio_odom"), pose=_pose(frame.vio.p, frame.vio.q)
+        header=header(frame.stamp, "vio_odom"), pose=_pose(frame.vio.p, frame.vio.q)
     )
 
 
 def _odometry(state: StateEstimate, parent: str) -> Any:
     return _T["nav_msgs/msg/Odometry"](
-        header=_header(state.stamp, parent),
+        header=header(state.stamp, parent),
         child_frame_id="base_link",
         pose=_T["geometry_msgs/msg/PoseWithCovariance"](
             pose=_pose(state.p_OB, state.q_OB), covariance=state.cov.take(_POSE_COV)
@@ -184,36 +191,39 @@ def contacts(belief: StateEstimate) -> Any:
 def obstacles(poses: NDArray[np.float64]) -> Any:
     """Poses (k, 7) of the scene's movable obstacles in map: x y z [m], qw qx qy qz."""
     return _T["geometry_msgs/msg/PoseArray"](
-        header=_header(0.0, "map"), poses=[_pose(row[:3], row[3:]) for row in np.asarray(poses)]
+        header=header(0.0, "map"), poses=[_pose(row[:3], row[3:]) for row in np.asarray(poses)]
     )
 
 
 def _transform(stamp: float, parent: str, child: str, p: Iterable[float], q: Any) -> Any:
-    tf = _T["geometry_msgs/msg/TransformStamped"](
-        header=_header(stamp, parent),
+    return _T["geometry_msgs/msg/TransformStamped"](
+        header=header(stamp, parent),
         child_frame_id=child,
         transform=_T["geometry_msgs/msg/Transform"](
             translation=_vector(p), rotation=_quaternion(q)
         ),
     )
-    return _T["tf2_msgs/msg/TFMessage"](transforms=[tf])
 
 
 def tf(belief: StateEstimate) -> Any:
     """Believed transform odom -> base_link."""
-    return _transform(belief.stamp, "odom", "base_link", belief.p_OB, belief.q_OB)
+    there = _transform(belief.stamp, "odom", "base_link", belief.p_OB, belief.q_OB)
+    return _T["tf2_msgs/msg/TFMessage"](transforms=[there])
 
 
 def tf_static(pose_MO: Pose) -> Any:
-    """Transform map -> odom, stamp 0."""
-    return _transform(0.0, "map", "odom", pose_MO.p, pose_MO.q)
+    """Transform map -> odom, then every fixed frame of the robot, stamp 0."""
+    fixed = [_transform(0.0, f.parent, f.name, f.p, f.q) for f in fixed_frames()]
+    return _T["tf2_msgs/msg/TFMessage"](
+        transforms=[_transform(0.0, "map", "odom", pose_MO.p, pose_MO.q), *fixed]
+    )
 
 
 def cmd_vel(command: ModeCommand) -> Any:
     """Commanded vx, vy [m/s] and wz [rad/s] in base_footprint."""
     vx, vy, wz = command.twist_H.tolist()
     return _T["geometry_msgs/msg/TwistStamped"](
-        header=_header(command.stamp, "base_footprint"),
+        header=header(command.stamp, "base_footprint"),
         twist=_Twist(linear=_vector((vx, vy, 0.0)), angular=_vector((0.0, 0.0, wz))),
     )
 
@@ -223,12 +233,22 @@ def mode(command: ModeCommand) -> Any:
     return _String(data=command.mode.value)
 
 
+def text(words: str) -> Any:
+    """Plain text, such as a URDF."""
+    return _String(data=words)
+
+
+def status(said: Mapping[str, Any]) -> Any:
+    """JSON of what a live robot says of itself."""
+    return _String(data=json.dumps(said))
+
+
 def occupancy_grid(grid: GridMap) -> Any:
     """Blocked cells as 100, others 0, row after row of constant y from the lower left."""
     x, y, yaw = grid.origin_M.tolist()
     cells = np.where(grid.blocked.T, 100, 0).astype(np.int8).ravel()
     return _T["nav_msgs/msg/OccupancyGrid"](
-        header=_header(0.0, "map"),
+        header=header(0.0, "map"),
         info=_T["nav_msgs/msg/MapMetaData"](
             map_load_time=_time(0.0),
             resolution=float(grid.cell),
@@ -245,10 +265,10 @@ def path(plan: Plan) -> Any:
     steps = np.diff(plan.xy_M, axis=0, append=plan.xy_M[-1:])
     yaws = np.arctan2(steps[:, 1], steps[:, 0])
     poses = [
-        _PoseStamped(header=_header(0.0, "map"), pose=_pose((*xy, 0.0), rpy_to_quat(0.0, 0.0, yaw)))
+        _PoseStamped(header=header(0.0, "map"), pose=_pose((*xy, 0.0), rpy_to_quat(0.0, 0.0, yaw)))
         for xy, yaw in zip(plan.xy_M, yaws, strict=True)
     ]
-    return _T["nav_msgs/msg/Path"](header=_header(0.0, "map"), poses=poses)
+    return _T["nav_msgs/msg/Path"](header=header(0.0, "map"), poses=poses)
 
 
 def plan_modes(plan: Plan) -> Any:

@@ -13,6 +13,7 @@ from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
 from mobius.cli.export import Export
+from mobius.cli.export_model import Model
 from mobius.cli.grasp import EvalGrasp
 from mobius.cli.live import Drive
 from mobius.cli.machine import Bench, Doctor
@@ -20,6 +21,7 @@ from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
 from mobius.cli.reel import Reel
 from mobius.cli.replay import Replay
+from mobius.cli.ros2 import Ros2
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
 from mobius.errors import MobiusError, UnknownName
@@ -31,6 +33,8 @@ VERBS: dict[str, Callable[..., Any]] = {
     "plan": PlanVerb,
     "replay": Replay,
     "export": Export,
+    "ros2": Ros2,
+    "model": Model,
     "reel": Reel,
     "sweep": Sweep,
     "train": Train,

@@ -35,6 +35,7 @@ def open_world(
     start: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
     regions: str | Path | None = None,
+    need: Sequence[str] = ("start", "goal"),
 ) -> World:
     """Load a map for the crawling robot; start and goal must be known and reachable.
 
@@ -43,6 +44,7 @@ def open_world(
         start: (2,) [m]; the map's own if not given.
         goal: (2,) [m]; the map's own if not given.
         regions: A file of more regions (:mod:`mobius.world.regions`).
+        need: Which of start and goal must be known.
     """
     world = load_world(
         source,
@@ -53,7 +55,7 @@ def open_world(
         goal=goal,
         regions=regions,
     )
-    for what in ("start", "goal"):
+    for what in need:
         if getattr(world.grid, what) is None:
             raise InvalidInput(f"{source}: the map names no {what}; type --{what} X Y (metres)")
     return world

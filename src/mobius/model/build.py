@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from mobius.model import dimensions as dim
+from mobius.model.cameras import CAMERAS
 from mobius.model.dimensions import LimbGeometry, limb_geometry
 from mobius.model.joints import JOINTS
 from mobius.model.links import (
@@ -155,19 +156,17 @@ def _trunk(root: ET.Element) -> None:
     for i, part in enumerate(trunk_collision()):
         _geom(trunk, part, name=f"base_link_collision{i}", class_="collision")
     add(trunk, "site", name="imu", pos="0 0 0", class_="mark")
-    add(trunk, "site", name="gaze", pos="0.176 0 0.047", class_="mark")
+    add(trunk, "site", name="gaze", pos=fmt(CAMERAS["head"].pos), class_="mark")
     add(trunk, "site", name="vio", pos="-0.02 0 0.075", class_="mark")
-    # MuJoCo cameras look along -z: the head camera 40 deg below +x, the back camera along +z
-    c, s = np.cos(np.radians(40.0)), np.sin(np.radians(40.0))
-    add(
-        trunk,
-        "camera",
-        name="head",
-        pos="0.176 0 0.047",
-        xyaxes=fmt((0, -1, 0, s, 0, c)),
-        fovy="58",
-    )
-    add(trunk, "camera", name="vio", pos="-0.02 0 0.08", xyaxes="0 1 0 1 0 0", fovy="120")
+    for name, camera in CAMERAS.items():
+        add(
+            trunk,
+            "camera",
+            name=name,
+            pos=fmt(camera.pos),
+            xyaxes=fmt((*camera.right, *camera.up)),
+            fovy=fmt(camera.fovy),
+        )
     for name in LIMBS:
         _link(trunk, limb_links(limb_geometry(name)))
 

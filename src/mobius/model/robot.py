@@ -14,7 +14,8 @@ from mobius.errors import InvalidInput, UnknownName
 from mobius.model import dimensions as dim
 from mobius.model.build import MJCF_DIR, ROBOT_XML, joint_ranges
 from mobius.model.dimensions import limb_geometry
-from mobius.model.joints import JOINTS, LIMB_JOINTS
+from mobius.model.joints import JOINTS
+from mobius.model.passive import passive_angles as passive_angles
 from mobius.types import LIMBS, NUM_JOINTS
 
 Array = NDArray[np.float64]
@@ -142,18 +143,6 @@ def addresses(model: mujoco.MjModel) -> Addresses:
         base_qpos=int(model.joint("base").qposadr[0]),
         base_dof=int(model.joint("base").dofadr[0]),
     )
-
-
-def passive_angles(q: ArrayLike) -> tuple[Array, Array]:
-    """Coupler and distal joint angles (..., 4) [rad] that close the loops for q (..., 22)."""
-    q = np.asarray(q, dtype=float)
-    coupler, distal = [], []
-    for limb in LIMBS:
-        a, b = q[..., LIMB_JOINTS[limb].start + 1], q[..., LIMB_JOINTS[limb].start + 2]
-        B, E, C, T = limb_geometry(limb).fivebar.points(a, b)
-        coupler.append(np.arctan2(C[..., 1] - B[..., 1], C[..., 0] - B[..., 0]) - a)
-        distal.append(np.arctan2(T[..., 1] - E[..., 1], T[..., 0] - E[..., 0]) - b)
-    return np.stack(coupler, axis=-1), np.stack(distal, axis=-1)
 
 
 def configuration(
