@@ -35,6 +35,8 @@ ARGS = (
     "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
+SHOT_MS = 180_000
+"""A picture may wait so long for a frame [ms]."""
 Act = Callable[[Any, dict[str, Any]], None]
 
 
@@ -96,13 +98,13 @@ def pictures() -> None:
         time.sleep(8.0)
         state["cockpit"].ask(Go(("crawl",)))
         time.sleep(9.0)
-        page.screenshot(path=IMAGES / "drive.png")
+        page.screenshot(path=IMAGES / "drive.png", timeout=SHOT_MS)
         click(page, state, "power and forces")
-        page.screenshot(path=IMAGES / "plots.png")
+        page.screenshot(path=IMAGES / "plots.png", timeout=SHOT_MS)
 
     def replaying(page: Any, state: dict[str, Any]) -> None:
         time.sleep(20.0)
-        page.screenshot(path=IMAGES / "replay.png")
+        page.screenshot(path=IMAGES / "replay.png", timeout=SHOT_MS)
 
     size = (1400, 860)
     visit(lambda **k: drive("demo", door=Door(port=0), seconds=300.0, **k), driving, size=size)
