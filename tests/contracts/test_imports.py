@@ -36,9 +36,9 @@ LAYERS = (
 HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
-    "cma", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx", "onnxruntime",
-    "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl", "scipy", "torch",
-    "tqdm", "tyro", "yaml",
+    "cma", "daqp", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mujoco", "onnx",
+    "onnxruntime", "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl", "scipy",
+    "torch", "tqdm", "tyro", "yaml",
 }  # fmt: skip
 """Third-party packages that a room must be entitled to; numpy is everybody's."""
 

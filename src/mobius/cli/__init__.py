@@ -12,6 +12,7 @@ import tyro
 from mobius.cli.drive import Demo, Run
 from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
+from mobius.cli.governor import EvalGovernor, Moas
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
@@ -28,6 +29,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "sweep": Sweep,
     "train": Train,
     "eval": Eval,
+    "moas": Moas,
     "bench": Bench,
     "doctor": Doctor,
 }
@@ -43,6 +45,8 @@ def main(argv: list[str] | None = None) -> int:
             return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
         if args[:2] == ["eval", "energy"]:
             return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
+        if args[:2] == ["eval", "governor"]:
+            return int(tyro.cli(EvalGovernor, prog="mobius eval governor", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",
