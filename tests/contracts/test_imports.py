@@ -36,7 +36,7 @@ LAYERS = (
 HEIGHT = {name: -line for line, names in enumerate(LAYERS) for name in names}
 
 FENCED = {
-    "cma", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mcap", "mujoco", "onnx",
+    "cma", "daqp", "didppy", "gurobipy", "imageio_ffmpeg", "matplotlib", "mcap", "mujoco", "onnx",
     "onnxruntime", "packaging", "PIL", "pyarrow", "pyscipopt", "ray", "rosbags", "rsl_rl",
     "scipy", "torch", "tqdm", "tyro", "yaml", "zenoh",
 }  # fmt: skip

@@ -14,6 +14,7 @@ from mobius.cli.energy import EvalEnergy
 from mobius.cli.evaluate import Eval
 from mobius.cli.export import Export
 from mobius.cli.export_model import Model
+from mobius.cli.governor import EvalGovernor, Moas
 from mobius.cli.grasp import EvalGrasp
 from mobius.cli.live import Drive
 from mobius.cli.machine import Bench, Doctor
@@ -39,6 +40,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "sweep": Sweep,
     "train": Train,
     "eval": Eval,
+    "moas": Moas,
     "bench": Bench,
     "doctor": Doctor,
 }
@@ -46,6 +48,7 @@ EVALS: dict[str, Callable[..., Any]] = {
     "motions": EvalMotions,
     "energy": EvalEnergy,
     "grasp": EvalGrasp,
+    "governor": EvalGovernor,
 }
 """What ``mobius eval`` knows beside the walking bodies, each with options of its own."""
 

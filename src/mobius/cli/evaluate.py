@@ -28,9 +28,8 @@ class Eval:
     """Measure a policy in the whole stack over many seeds."""
 
     body: Positional[str]
-    """Which body: crawl or biped. Motions between bodies, what a metre costs and what a hand
-    holds have their own help: mobius eval motions --help, mobius eval energy --help, mobius eval
-    grasp --help."""
+    """Which body: crawl or biped. Other judgements have their own help: mobius eval motions --help,
+    and so for energy, grasp, governor, tuning, pullup."""
     what: Positional[str] = "tracking"
     """What to measure: tracking (five commands held 4 s each), push (shoves of 0.1 s, harder
     until it falls), terrain (20 s on other ground) or robustness (one property changed)."""
