@@ -18,6 +18,7 @@ from mobius.cli.plan import PlanVerb
 from mobius.cli.reel import Reel
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
+from mobius.cli.tune import EvalTuning, Tune
 from mobius.errors import MobiusError, UnknownName
 
 VERBS: dict[str, Callable[..., Any]] = {
@@ -27,6 +28,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "reel": Reel,
     "sweep": Sweep,
     "train": Train,
+    "tune": Tune,
     "eval": Eval,
     "bench": Bench,
     "doctor": Doctor,
@@ -43,6 +45,8 @@ def main(argv: list[str] | None = None) -> int:
             return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
         if args[:2] == ["eval", "energy"]:
             return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
+        if args[:2] == ["eval", "tuning"]:
+            return int(tyro.cli(EvalTuning, prog="mobius eval tuning", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",

@@ -28,8 +28,9 @@ class Eval:
     """Measure a policy in the whole stack over many seeds."""
 
     body: Positional[str]
-    """Which body: crawl or biped. Motions between bodies and what a metre costs have their own
-    help: mobius eval motions --help, mobius eval energy --help."""
+    """Which body: crawl or biped. Motions between bodies, what a metre costs and the tuning of
+    force gains have their own help: mobius eval motions --help, mobius eval energy --help,
+    mobius eval tuning --help."""
     what: Positional[str] = "tracking"
     """What to measure: tracking (five commands held 4 s each), push (shoves of 0.1 s, harder
     until it falls), terrain (20 s on other ground) or robustness (one property changed)."""
