@@ -25,6 +25,7 @@ from mobius.cli.replay import Replay
 from mobius.cli.ros2 import Ros2
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
+from mobius.cli.tune import EvalTuning, Tune
 from mobius.errors import MobiusError, UnknownName
 
 VERBS: dict[str, Callable[..., Any]] = {
@@ -39,6 +40,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "reel": Reel,
     "sweep": Sweep,
     "train": Train,
+    "tune": Tune,
     "eval": Eval,
     "moas": Moas,
     "bench": Bench,
@@ -49,6 +51,7 @@ EVALS: dict[str, Callable[..., Any]] = {
     "energy": EvalEnergy,
     "grasp": EvalGrasp,
     "governor": EvalGovernor,
+    "tuning": EvalTuning,
 }
 """What ``mobius eval`` knows beside the walking bodies, each with options of its own."""
 
