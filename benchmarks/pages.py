@@ -25,7 +25,7 @@ from mobius.drive.run import drive
 from mobius.files import write_json_atomic
 from mobius.mission import run as run_mission
 from mobius.view.live.guard import Door
-from mobius.view.live.nouns import Go
+from mobius.view.live.nouns import Freeze, Go
 from mobius.view.replay import show
 
 ROOT = Path(__file__).parents[1]
@@ -35,6 +35,8 @@ ARGS = (
     "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
+CATCH_UP_S = 30.0
+"""The page may be so far behind [s]."""
 SHOT_MS = 180_000
 """A picture may wait so long for a frame [ms]."""
 Act = Callable[[Any, dict[str, Any]], None]
@@ -95,15 +97,25 @@ def pictures() -> None:
     """The drive page while it follows a plan, its plots, and a replay."""
 
     def driving(page: Any, state: dict[str, Any]) -> None:
-        time.sleep(8.0)
-        state["cockpit"].ask(Go(("crawl",)))
-        time.sleep(9.0)
+        cockpit = state["cockpit"]
+        while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
+            time.sleep(0.1)
+        first = cockpit.snapshot.true_pose[0]
+        cockpit.ask(Go(("crawl",)))
+        while cockpit.snapshot.true_pose[0] < first + 3.0:
+            time.sleep(0.02)
+        cockpit.ask(Freeze(True))  # the page is seconds behind
+        time.sleep(CATCH_UP_S)
         page.screenshot(path=IMAGES / "drive.png", timeout=SHOT_MS)
         click(page, state, "power and forces")
+        time.sleep(CATCH_UP_S)
         page.screenshot(path=IMAGES / "plots.png", timeout=SHOT_MS)
 
     def replaying(page: Any, state: dict[str, Any]) -> None:
-        time.sleep(20.0)
+        while state["cockpit"].snapshot.t < 12.0:
+            time.sleep(0.02)
+        state["cockpit"].ask(Freeze(True))
+        time.sleep(CATCH_UP_S)
         page.screenshot(path=IMAGES / "replay.png", timeout=SHOT_MS)
 
     size = (1400, 860)

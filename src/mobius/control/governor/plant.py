@@ -7,9 +7,8 @@ The page with Eq. (19) to (22) is lost; this is the reconstruction, per axis:
     W = -k_env x_s + d,   x_s' = (x - x_s) / tau
 
 x is the commanded position, x_s where the servo really is, W the wrench of the environment on
-the gripper, tared where it touched. Only the combination z of the two integrals acts, and it is
-bounded where each of them alone is not, so z is the state. Velocity is damped implicitly
-(semi-implicit Euler), the servo exactly.
+the gripper, tared where it touched. The step is that of the controller itself
+(:mod:`mobius.control.admittance.law`, semi-implicit), closed by the contact.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius import paper
+from mobius.control.admittance.law import AxisGains, AxisLaw
 from mobius.control.governor.admissible import AdmissibleSet
 from mobius.control.governor.exact_set import exact_set
 from mobius.control.governor.family_set import family_set
@@ -122,21 +122,13 @@ def axis_system(axis: Axis, k_env: float) -> LinearSystem:
     Raises:
         InvalidInput: The loop is not stable.
     """
-    dt, lag = axis.dt, np.exp(-axis.dt / axis.servo_lag) if axis.servo_lag else 0.0
-    g = dt / (axis.mass + dt * axis.damping)
-    K, K_f = axis.stiffness, axis.force_gain
-    K_Ix, K_If = axis.integral_position, axis.integral_force
-    A, B, E = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((4, 1))
-    A[1], B[1], E[1] = [-g * K, g * axis.mass / dt, g, -g * K_f * k_env], [g * K, -g * K_f], g * K_f
-    A[0], B[0], E[0] = dt * A[1], dt * B[1], dt * E[1]
-    A[0, 0] += 1.0
-    A[2], B[2], E[2] = (
-        [-dt * K_Ix, 0.0, 1.0, -dt * K_If * k_env],
-        [dt * K_Ix, -dt * K_If],
-        dt * K_If,
-    )
-    A[3], B[3], E[3] = (1 - lag) * A[0], (1 - lag) * B[0], (1 - lag) * E[0]
-    A[3, 3] += lag
+    gains = AxisGains(
+        M=axis.mass, D=axis.damping, K=axis.stiffness, K_f=axis.force_gain,
+        K_fi=axis.integral_force, K_pi=axis.integral_position,
+    )  # fmt: skip
+    law = AxisLaw(gains, axis.servo_lag, axis.dt, "semi_implicit").matrices()
+    A = law.A + law.E @ np.array([[0.0, 0.0, 0.0, -k_env]])  # W = -k_env x_s + d
+    B, E = law.B, law.E
     C, D, F = np.zeros((5, 4)), np.zeros((5, 2)), np.zeros((5, 1))
     C[0, 3], C[1, 1], C[2, 3] = 1.0, 1.0, -k_env
     D[3, 0], D[4, 1], F[2] = 1.0, 1.0, 1.0
