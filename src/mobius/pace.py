@@ -37,6 +37,7 @@ Two misses, nothing dropped, factor 1.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -46,7 +47,7 @@ import numpy as np
 from mobius.robot import TICK
 from mobius.stack import READ_EVERY, Sample, Source, Stack
 
-__all__ = ["CATCH_UP", "PERIOD", "Pace", "Timing"]
+__all__ = ["CATCH_UP", "PERIOD", "Pace", "Timing", "hurry"]
 
 PERIOD = READ_EVERY * TICK
 """Time between two rounds [s]: 1/300."""
@@ -201,3 +202,16 @@ class Pace:
         oldest = 0 if self._rounds <= REMEMBERED else self._rounds % REMEMBERED
         took = float(self._done[newest] - self._done[oldest])
         return (known - 1) * PERIOD / took if took > 0.0 else 1.0
+
+
+def hurry() -> bool:
+    """Ask for real-time scheduling, as control loops do; whether the machine granted it.
+
+    A page drawn without a graphics card takes every core there is.
+    """
+    flag = getattr(os, "SCHED_RESET_ON_FORK", 0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR | flag, os.sched_param(10))
+    except (AttributeError, OSError):
+        return False
+    return True

@@ -64,7 +64,7 @@ class Ros2:
         from mobius.bridge.link import HERE, ROUTER, Node
         from mobius.bridge.record import McapRecorder
         from mobius.mission.serve import build_served, serve
-        from mobius.pace import Pace
+        from mobius.pace import Pace, hurry
 
         served = build_served(
             self.map,
@@ -78,6 +78,7 @@ class Ros2:
         )
         recorder = None if self.record is None else McapRecorder(path=self.record)
         pace = Pace(served.stack)
+        hurry()
         connect, listen = self.connect or (ROUTER,), self.listen or (HERE,)
         with ExitStack() as held:
             if served.errand is not None:

@@ -8,7 +8,6 @@ beats fail to come. When the line breaks, the loop ends.
 from __future__ import annotations
 
 import multiprocessing
-import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -19,7 +18,7 @@ from mobius.drive.guide import Planner
 from mobius.drive.session import Session
 from mobius.errors import MobiusError
 from mobius.headless import import_mujoco
-from mobius.pace import Pace
+from mobius.pace import Pace, hurry
 from mobius.view.live.nouns import Beat, Keeping, Request, Scene, Snapshot, Way
 
 UNSEEN = 8
@@ -106,19 +105,6 @@ def run_loop(line: Connection, source: str, seed: int, randomised: bool) -> None
         return
     finally:
         planner.close()
-
-
-def hurry() -> bool:
-    """Ask for real-time scheduling, as control loops do; whether the machine granted it.
-
-    A page drawn without a graphics card takes every core there is.
-    """
-    flag = getattr(os, "SCHED_RESET_ON_FORK", 0)
-    try:
-        os.sched_setscheduler(0, os.SCHED_RR | flag, os.sched_param(10))
-    except (AttributeError, OSError):
-        return False
-    return True
 
 
 class LoopEnd:
