@@ -83,16 +83,6 @@ def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None
         return
 
 
-def click(page: Any, state: dict[str, Any], name: str) -> None:
-    """Click a button or tab of the page, slowly: frames are rare."""
-    page.mouse.move(*state["cockpit"].places[name])
-    time.sleep(4.0)
-    page.mouse.down()
-    time.sleep(4.0)
-    page.mouse.up()
-    time.sleep(4.0)
-
-
 def pictures() -> None:
     """The drive page while it follows a plan, its plots, and a replay."""
 
@@ -107,7 +97,7 @@ def pictures() -> None:
         cockpit.ask(Freeze(True))  # the page is seconds behind
         time.sleep(CATCH_UP_S)
         page.screenshot(path=IMAGES / "drive.png", timeout=SHOT_MS)
-        click(page, state, "power and forces")
+        cockpit.tab = "power and forces"
         time.sleep(CATCH_UP_S)
         page.screenshot(path=IMAGES / "plots.png", timeout=SHOT_MS)
 

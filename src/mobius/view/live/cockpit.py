@@ -52,6 +52,8 @@ class Cockpit:
         """Whether the Drive toggle is on."""
         self.typing = False
         """Whether a number is being typed into a field: keys are no commands then."""
+        self.tab = ""
+        """Tab of the plots to open next."""
         self.places: dict[str, tuple[float, float]] = {}
         """Where buttons are on the page [pixels], for those who click without hands."""
         self._window, self._window_at = frozenset[str](), -1e9

@@ -55,10 +55,10 @@ class Plots:
         if not imgui.BeginTabBar("##plots"):
             return
         for name, plots in self._tabs:
-            opened = imgui.BeginTabItem(name)
-            low, high = imgui.GetItemRectMin(), imgui.GetItemRectMax()
-            self._cockpit.places[name] = (0.5 * (low.x + high.x), 0.5 * (low.y + high.y))
-            if opened:
+            asked = self._cockpit.tab == name
+            flags = imgui.TabItemFlags.SetSelected if asked else getattr(imgui.TabItemFlags, "None")
+            self._cockpit.tab = "" if asked else self._cockpit.tab
+            if imgui.BeginTabItem(name, int(flags)):
                 room = imgui.GetContentRegionAvail()
                 width = max(80.0, (room.x - 8.0 * (len(plots) - 1)) / len(plots))
                 for k, (title, unit, curves) in enumerate(plots):
@@ -79,7 +79,8 @@ def _plot(history: History, title: str, curves: Curves, width: float, height: fl
     end = history.t[-1] if history.t else SECONDS
     always = imgui.Cond.Always
     implot.SetupAxisLimits(int(implot.Axis.X1), end - SECONDS, end, always)
-    implot.SetupLegend(int(implot.Location.NorthWest), int(implot.LegendFlags.Horizontal))
+    beside = int(implot.LegendFlags.Horizontal) | int(implot.LegendFlags.Outside)
+    implot.SetupLegend(int(implot.Location.North), beside)
     for name, column in curves:
         if history.t:
             implot.PlotLine(name, history.t, history.column(column))
