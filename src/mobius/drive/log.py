@@ -10,6 +10,7 @@ from typing import Any
 
 from mobius.bridge.about import About
 from mobius.bridge.record import McapRecorder
+from mobius.model.urdf import build_urdf
 from mobius.robot import TICK
 from mobius.stack import Sample
 from mobius.types import Plan, Pose, StateEstimate
@@ -26,6 +27,7 @@ class LiveLog:
         self.folder, self.last = folder, ""
         self._recorder: McapRecorder | None = None
         McapRecorder()  # the first one compiles serialisers; later the loop would wait for it
+        self._urdf = build_urdf()
         self._head: tuple[World, Plan | None] | None = None
 
     @property
@@ -68,7 +70,13 @@ class LiveLog:
             world, plan = self._head
             here = Pose(p=[0.0, 0.0, 0.0], q=[1.0, 0.0, 0.0, 0.0])  # type: ignore[arg-type]
             stamp = sample.tick * TICK
-            self._recorder.once(stamp=stamp, grid=world.grid, plan=plan, pose_MO=here)
+            self._recorder.once(
+                stamp=stamp,
+                grid=world.grid,
+                plan=plan,
+                pose_MO=here,
+                description=self._urdf,
+            )
             self._head = None
         self._recorder.see(sample, truth)
 
