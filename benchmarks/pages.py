@@ -35,7 +35,7 @@ ARGS = (
     "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-CATCH_UP_S = 30.0
+CATCH_UP_S = 40.0
 """The page may be so far behind [s]."""
 SHOT_MS = 180_000
 """A picture may wait so long for a frame [ms]."""
@@ -86,20 +86,21 @@ def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None
 def pictures() -> None:
     """The drive page while it follows a plan, its plots, and a replay."""
 
-    def driving(page: Any, state: dict[str, Any]) -> None:
-        cockpit = state["cockpit"]
-        while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
-            time.sleep(0.1)
-        first = cockpit.snapshot.true_pose[0]
-        cockpit.ask(Go(("crawl",)))
-        while cockpit.snapshot.true_pose[0] < first + 3.0:
-            time.sleep(0.02)
-        cockpit.ask(Freeze(True))  # the page is seconds behind
-        time.sleep(CATCH_UP_S)
-        page.screenshot(path=IMAGES / "drive.png", timeout=SHOT_MS)
-        cockpit.tab = "power and forces"
-        time.sleep(CATCH_UP_S)
-        page.screenshot(path=IMAGES / "plots.png", timeout=SHOT_MS)
+    def driving(picture: str, tab: str) -> Act:
+        def act(page: Any, state: dict[str, Any]) -> None:
+            cockpit = state["cockpit"]
+            cockpit.tab = tab
+            while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
+                time.sleep(0.1)
+            first = cockpit.snapshot.true_pose[0]
+            cockpit.ask(Go(("crawl",)))
+            while cockpit.snapshot.true_pose[0] < first + 3.0:
+                time.sleep(0.02)
+            cockpit.ask(Freeze(True))  # the page is seconds behind
+            time.sleep(CATCH_UP_S)
+            page.screenshot(path=IMAGES / picture, timeout=SHOT_MS)
+
+        return act
 
     def replaying(page: Any, state: dict[str, Any]) -> None:
         while state["cockpit"].snapshot.t < 12.0:
@@ -109,7 +110,12 @@ def pictures() -> None:
         page.screenshot(path=IMAGES / "replay.png", timeout=SHOT_MS)
 
     size = (1400, 860)
-    visit(lambda **k: drive("demo", door=Door(port=0), seconds=300.0, **k), driving, size=size)
+    for picture, tab in (("drive.png", "twist"), ("plots.png", "power and forces")):
+        visit(
+            lambda **k: drive("demo", door=Door(port=0), seconds=300.0, **k),
+            driving(picture, tab),
+            size=size,
+        )
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "demo"
         run_mission("demo", out, video=False)

@@ -49,7 +49,8 @@ def test_replay_hands_the_run_to_the_viewer(log, monkeypatch):
     module.show = lambda run, **options: shown.update(options, rows=len(run))
     monkeypatch.setitem(sys.modules, "mobius.view.replay", module)
     assert main(["replay", str(log), "--viewer", "native", "--port", "9000"]) == 0
-    assert shown == {"viewer": "native", "port": 9000, "rows": 30}
+    assert callable(shown.pop("ready"))
+    assert shown == {"viewer": "native", "port": 9000, "shadows": True, "rows": 30}
 
 
 @pytest.mark.parametrize(
