@@ -7,9 +7,10 @@ import pytest
 
 from mobius.control.observation import mirror_frame, mirror_joints
 from mobius.errors import UnknownName
+from mobius.model import robot
 from mobius.paper import TABLE_II
 from mobius.train.env import LocomotionEnv
-from mobius.train.presets import Randomisation, preset_of
+from mobius.train.presets import WIDE, Randomisation, preset_of
 from mobius.train.rewards import WEIGHTS
 
 CFG = preset_of("crawl", "smoke").env
@@ -219,3 +220,14 @@ def test_robots_start_on_tiles_of_their_level_with_the_feet_on_the_ground():
         assert not result.done.any()
     assert (env.sim.contact.sum(axis=1) >= 3).mean() > 0.8
     assert np.abs(env.height - env.height0).max() < 0.09
+
+
+def test_a_policy_may_have_a_stance_of_its_own_and_learns_to_come_to_it():
+    """Three quarters of the episodes begin in it, one in the keyframe; targets begin in it."""
+    env = LocomotionEnv(preset_of("crawl", "fast-wide").env, 8, seed=0, nthread=1)
+    start = env.pool[0][:, env._q_at]
+    there, here = robot.keyframe_joints("crawl")[0][env.body.index], WIDE.joints()[env.body.index]
+    near = np.abs(start - here).max(axis=1) < np.abs(start - there).max(axis=1)
+    np.testing.assert_array_equal(near, np.arange(8) % 4 > 0)
+    assert np.abs(env.default - here).max() < 0.1 < np.abs(env.default - there).max()
+    np.testing.assert_array_equal(env.target, np.tile(env.default, (8, 1)))

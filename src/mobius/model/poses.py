@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -55,6 +57,38 @@ def crawl_joints() -> Array:
     return _body(
         lambda s: _arm(s, -np.radians(22.0), *arm), lambda s: _leg(s, np.radians(32.0), *leg)
     )
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Where four feet stand, from the yaw axes of shoulders and hips."""
+
+    arm_r: float
+    """Distance of a fingertip [m]."""
+    arm_turn: float
+    """Its direction, forward of straight out [rad]."""
+    leg_r: float
+    """Distance of a sole [m]."""
+    leg_turn: float
+    """Its direction, backward of straight out [rad]."""
+
+    def joints(self) -> Array:
+        """(22,) [rad] with the trunk as high as in :func:`crawl_joints` and the soles level."""
+        h = TRUNK_HEIGHT_CRAWL
+        a, g = limb_geometry("left_arm"), limb_geometry("left_leg")
+        ahead = float(np.sqrt(self.arm_r**2 - a.lateral**2))
+        arm = (h + a.z_top - a.tip, ahead - a.x_off)
+        leg = (h + g.z_top - g.tip, self.leg_r - g.x_off)
+        yaw = float(np.arctan2(a.lateral, ahead)) - self.arm_turn
+        return _body(lambda s: _arm(s, yaw, *arm), lambda s: _leg(s, self.leg_turn, *leg))
+
+
+@cache
+def stance_keyframe(stance: Stance) -> tuple[Array, Array]:
+    """``qpos`` (nq,) and servo targets (22,) of a stance that is no keyframe, belly down."""
+    model = robot.load_model("full")
+    qpos = _placed(model, stance.joints(), rpy_to_quat(0.0, 0.0, 0.0))
+    return qpos, holding_targets(model, qpos)
 
 
 def stand_joints() -> Array:

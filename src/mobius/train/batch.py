@@ -35,6 +35,7 @@ def build_training_model(
     *,
     ls_iterations: int = 5,
     weld: bool = False,
+    posture: Array | None = None,
     ground: Ground | None = None,
 ) -> mujoco.MjModel:
     """The robot with feet-only contacts on a floor, sensors for the soles, no dry friction.
@@ -49,12 +50,15 @@ def build_training_model(
         ls_iterations: Line search iterations at most.
         weld: Weld the joints that the body's policy does not move at its stance: a third
             (crawl) to a half (biped) of the time. Contacts of limbs that are no feet go too.
+        posture: (22,) angles [rad] to weld at; those of the body's keyframe if not given.
         ground: A height map instead of the plane.
     """
     spec = robot.load_spec("feet")
     if weld:
         passive = [j for j in JOINTS[:20] if j not in body.joints]
-        freeze(spec, passive, robot.keyframe_joints(body.keyframe)[0])
+        freeze(
+            spec, passive, robot.keyframe_joints(body.keyframe)[0] if posture is None else posture
+        )
         for limb in set(LIMBS) - set(body.feet):
             for geom in [g for g in spec.geoms if g.name.startswith(f"{limb}_sole")]:
                 spec.delete(geom)

@@ -24,6 +24,7 @@ from mobius.control.observation import (
 from mobius.geometry import heading_yaw, quat_conj, quat_mul, rotate, rpy_to_quat
 from mobius.model import robot
 from mobius.model.joints import JOINTS
+from mobius.model.poses import stance_keyframe
 from mobius.model.servo import servo_of
 from mobius.train import rewards
 from mobius.train.batch import CpuBatch, build_training_model
@@ -75,6 +76,15 @@ class StepResult:
     log: dict[str, float]
 
 
+def posture_of(cfg: EnvConfig) -> tuple[Array, Array, Array]:
+    """Joint angles (22,), servo targets (22,) [rad] and trunk pose (7,) of the stance."""
+    name = body_of(cfg.body).keyframe
+    if cfg.stance is None:
+        return *robot.keyframe_joints(name), robot.keyframe(name)[0][:7]
+    qpos, ctrl = stance_keyframe(cfg.stance)
+    return cfg.stance.joints(), ctrl, qpos[:7]
+
+
 class LocomotionEnv:
     """Walks or crawls on a floor after commanded body twists (Sec. IV-A)."""
 
@@ -90,9 +100,9 @@ class LocomotionEnv:
             levels=cfg.terrain.levels if cfg.terrain else 0,
             columns=len(COLUMNS) if cfg.terrain else 0,
         )
-        self.sim = CpuBatch(self._model(), self.body, n, nthread)
-        q0, ctrl0 = robot.keyframe_joints(self.body.keyframe)
-        base = robot.keyframe(self.body.keyframe)[0][:7]
+        q0, ctrl0, base = posture_of(cfg)
+        self.posture = q0
+        self.sim = CpuBatch(self._model(q0), self.body, n, nthread)
         self.home = robot.configuration(self.sim.model, q0, p=base[:3], quat=base[3:])
         self.height0 = float(base[2])
         self._feet_H = self._home_feet()
@@ -117,7 +127,7 @@ class LocomotionEnv:
         self.pool = settle_pool(self)
         self.reset_all()
 
-    def _model(self) -> mujoco.MjModel:
+    def _model(self, posture: Array) -> mujoco.MjModel:
         cfg = self.cfg
         return build_training_model(
             self.body,
@@ -125,6 +135,7 @@ class LocomotionEnv:
             cfg.iterations,
             ls_iterations=cfg.ls_iterations,
             weld=cfg.weld,
+            posture=posture,
             ground=None if self.tiles is None else self.tiles.ground,
         )
 

@@ -22,10 +22,9 @@ from mobius.control.action import ACTION_SCALE, FILTER_LENGTH, POLICY_DT
 from mobius.control.bodies import body_of
 from mobius.control.observation import Layout
 from mobius.errors import InvalidInput
-from mobius.model import robot
 from mobius.model.servo import servo_of
 from mobius.train.config import as_plain, gait_as_plain, preset_from
-from mobius.train.env import LocomotionEnv
+from mobius.train.env import LocomotionEnv, posture_of
 from mobius.train.equivariant import Equivariant
 from mobius.train.learn import load_checkpoint, read_config
 from mobius.train.ppo import build_learner
@@ -89,7 +88,7 @@ def build_metadata(preset: Preset, name: str, run: Path, checkpoint: Tree) -> di
     """What the ONNX file says about itself; JSON values."""
     body = body_of(preset.env.body)
     env, config = preset.env, read_config(run)
-    _, default = robot.keyframe_joints(body.keyframe)
+    _, default, _ = posture_of(env)
     servos = [servo_of(j) for j in body.joints]
     layout = Layout(env.frame, len(body.joints), env.history, env.clock)
     return {

@@ -7,6 +7,7 @@ from typing import Any
 
 from mobius.control.observation import FrameKind
 from mobius.errors import UnknownName
+from mobius.model.poses import Stance
 from mobius.paper import BODY_MASS_V3, TABLE_I, TABLE_III
 from mobius.train.curriculum import CurriculumConfig
 from mobius.train.rewards import OURS
@@ -96,6 +97,9 @@ class EnvConfig:
     """Line search iterations."""
     weld: bool = True
     """Weld the joints that the policy does not move; physics is a third to a half cheaper."""
+    stance: Stance | None = None
+    """Stance of the policy instead of the body's keyframe, in which a quarter of the episodes
+    begin all the same: it has to get from one to the other."""
     terrain: TerrainConfig | None = None
     """Uneven ground; None is an endless plane."""
     blow_ups: float = 0.0
@@ -398,9 +402,14 @@ def _presets() -> dict[tuple[str, str], Preset]:
         presets[body, "fast-rough"] = _rough(fast, "fast", 3_000_000, kicks=0.5)
         presets[body, "paper"] = paper = _paper(fast)
         presets[body, "paper-rough"] = _rough(paper, "paper", TABLE_I.steps_rough)
+        if body == "crawl":
+            presets[body, "fast-wide"] = replace(fast, env=replace(fast.env, stance=WIDE))
         presets[body, "smoke"] = replace(fast, num_envs=32, steps=32 * 24 * 4)
     return presets
 
+
+WIDE = Stance(arm_r=0.24, arm_turn=0.30, leg_r=0.19, leg_turn=0.20)
+"""Of ``fast-wide``: slower yaw joints, cranks further from their limits (docs/training.md)."""
 
 PRESETS = _presets()
 """(body, preset) -> configuration."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.geometry import quat_mul, rpy_to_quat
+from mobius.model import robot
 from mobius.train.batch import CpuBatch
 from mobius.train.presets import Randomisation
 
@@ -136,12 +137,28 @@ def settle_pool(env: LocomotionEnv) -> tuple[Array, Array]:
     nv, nu = env.sim.model.nv, env.sim.model.nu
     start = np.tile(env.home, (env.n, 1))
     start[:, :2], start[:, 2] = env.level_place, env.home[2] + env.level_height
-    env.sim.place(ids, start, np.zeros((env.n, nv)), np.tile(env.ctrl0, (env.n, 1)))
+    ctrl = np.tile(env.ctrl0, (env.n, 1))
+    if env.cfg.stance is not None:
+        _in_keyframe(env, start[::4], ctrl[::4])
+    env.sim.place(ids, start, np.zeros((env.n, nv)), ctrl)
     for _ in range(18):
         noise = env.rng.normal(0, max(env.cfg.randomisation.initial_joint, 1e-9), (env.n, nu))
-        env.sim.ctrl[:] = env.ctrl0 + noise
+        env.sim.ctrl[:] = ctrl + noise
         env.sim.step(env.cfg.substeps)
     qpos = np.array(env.sim.qpos)
     qpos[:, :2] -= env.level_place
     qpos[:, 2] -= env.level_height
     return qpos, np.array(env.sim.qvel)
+
+
+def _in_keyframe(env: LocomotionEnv, qpos: Array, ctrl: Array) -> None:
+    """Put start states (m, nq) and targets (m, nu) into the body's keyframe, but for the joints
+    that the policy does not move.
+    """
+    q, target = robot.keyframe_joints(env.body.keyframe)
+    mixed = env.posture.copy()
+    mixed[env.body.index] = q[env.body.index]
+    here = robot.configuration(env.sim.model, mixed)
+    qpos[:, 7:] = here[7:]
+    qpos[:, 2] += 0.01
+    ctrl[:, env._ctrl_at] = target[env.body.index]
