@@ -15,6 +15,7 @@ from mobius.cli.evaluate import Eval
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
+from mobius.cli.pullup import EvalPullUp, PullUpVerb
 from mobius.cli.reel import Reel
 from mobius.cli.sweep import Sweep
 from mobius.cli.train import Train
@@ -25,6 +26,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "run": Run,
     "plan": PlanVerb,
     "reel": Reel,
+    "pullup": PullUpVerb,
     "sweep": Sweep,
     "train": Train,
     "eval": Eval,
@@ -43,6 +45,8 @@ def main(argv: list[str] | None = None) -> int:
             return int(tyro.cli(EvalMotions, prog="mobius eval motions", args=args[2:])())
         if args[:2] == ["eval", "energy"]:
             return int(tyro.cli(EvalEnergy, prog="mobius eval energy", args=args[2:])())
+        if args[:2] == ["eval", "pullup"]:
+            return int(tyro.cli(EvalPullUp, prog="mobius eval pullup", args=args[2:])())
         verb = tyro.extras.subcommand_cli_from_dict(
             VERBS,
             prog="mobius",
