@@ -20,6 +20,7 @@ from mobius.cli.live import Drive
 from mobius.cli.machine import Bench, Doctor
 from mobius.cli.motions import EvalMotions
 from mobius.cli.plan import PlanVerb
+from mobius.cli.pullup import EvalPullUp, PullUpVerb
 from mobius.cli.reel import Reel
 from mobius.cli.replay import Replay
 from mobius.cli.ros2 import Ros2
@@ -38,6 +39,7 @@ VERBS: dict[str, Callable[..., Any]] = {
     "ros2": Ros2,
     "model": Model,
     "reel": Reel,
+    "pullup": PullUpVerb,
     "sweep": Sweep,
     "train": Train,
     "tune": Tune,
@@ -52,6 +54,7 @@ EVALS: dict[str, Callable[..., Any]] = {
     "grasp": EvalGrasp,
     "governor": EvalGovernor,
     "tuning": EvalTuning,
+    "pullup": EvalPullUp,
 }
 """What ``mobius eval`` knows beside the walking bodies, each with options of its own."""
 

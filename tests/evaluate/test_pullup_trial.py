@@ -1,0 +1,95 @@
+"""Pull-ups in physics: the hang holds and is symmetric, draws repeat, faults have names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mobius.evaluate.pullup import PullUpDraw, build_pullup, draw_of, is_possible, stall_shares
+from mobius.evaluate.pullup_judge import PullUpJudge, PullUpTruth
+from mobius.evaluate.pullup_trials import PullUps, as_text
+from mobius.model.dimensions import ROBOT_MASS
+from mobius.model.limit_surface import LimitSurface
+from mobius.types import Mode, ModeCommand
+
+GOOD = PullUpTruth(
+    head_m=0.01, lifted_m=0.38, return_error_m=(0.001, 0.004), gave_m=(0.02, 0.04),
+    slip_m=(0.0, 0.0), load_max=(0.8, 0.8), broken=False, fallen=False, saturated_share=0.0,
+    torque_max=1.0, inner_N=1.0, shake_mps2=0.0, touched=(), ended="done",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def hung():
+    """A second of dead hang of the robot as drawn."""
+    stack, robot, controller = build_pullup(replace(PullUpDraw(seed=0), noise=0.0))
+    judge = PullUpJudge(robot, 1.05)
+    for _ in range(600):
+        stack.turn(lambda b: ModeCommand(Mode.PULL_UP, np.zeros(3), b.stamp))
+        judge.see(controller.script.phase, stack.tick / 600)
+    return robot, controller, judge
+
+
+def test_it_hangs_still_on_both_grasps(hung):
+    robot, _, judge = hung
+    assert all(g.holds and g.slip == 0.0 for g in robot.grasps)
+    assert np.abs(robot.data.qvel[:3]).max() < 0.02
+    assert not judge.fallen and not judge.broken
+
+
+def test_each_hand_bears_half_the_weight(hung):
+    robot, controller, _ = hung
+    assert controller.half_weight == pytest.approx(0.5 * 9.81 * ROBOT_MASS, rel=0.005)
+    left, right = (g.force for g in robot.grasps)
+    np.testing.assert_allclose(left[[0, 2]], right[[0, 2]], atol=0.5)
+
+
+def test_nothing_but_fingers_touches_the_bar(hung):
+    assert hung[2].truth().touched == ()
+
+
+def test_a_seed_draws_the_same_trial_again():
+    assert draw_of(3) == draw_of(3)
+    assert draw_of(3) != draw_of(4)
+
+
+def test_grasps_weaker_than_the_load_are_impossible():
+    """131 N on two hands turned by 45 deg: 46.4 N across each groove."""
+    weak, strong = LimitSurface(46.0, 20.0, 5.0), LimitSurface(47.0, 20.0, 5.0)
+    assert not is_possible((strong, weak), 131.2)
+    assert is_possible((strong, strong), 131.2)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({}, ""),
+        ({"broken": True}, "broke"),
+        ({"fallen": True}, "fell"),
+        ({"head_m": -0.01}, "from the bar's height"),
+        ({"return_error_m": (0.001,)}, "not pushed"),
+        ({"return_error_m": (0.001, 0.02)}, "off 3 s after a push"),
+    ],
+)
+def test_a_fault_is_named(change, why):
+    fault = replace(GOOD, **change).fault(2)
+    assert (why in fault) and (bool(fault) == bool(why))
+
+
+def test_the_summary_counts_impossible_grasps_apart():
+    from mobius.evaluate.pullup import PullUpTrial
+
+    trials = [
+        PullUpTrial(0, True, True, "", GOOD),
+        PullUpTrial(1, False, False, "a grasp broke", replace(GOOD, broken=True)),
+        PullUpTrial(2, True, False, "it fell", replace(GOOD, fallen=True, return_error_m=())),
+    ]
+    result = PullUps(0, (15.0, 30.0), trials)
+    figures = result.as_json()
+    assert (figures["trials"], figures["successes"], figures["impossible_grasps"]) == (3, 1, 1)
+    assert figures["return_error_m"] == pytest.approx(0.004)
+    assert "1 of 3" in as_text(result) and "1 of 2" in as_text(result)
+
+
+def test_at_rest_no_servo_needs_three_quarters_of_its_stall_torque_anywhere_on_the_way():
+    assert stall_shares()[:, 1].max() < 0.75
