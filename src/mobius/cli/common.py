@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mobius.errors import InvalidInput
 
@@ -65,3 +70,50 @@ def png_file(option: str, path: Path | None) -> None:
         raise InvalidInput(f"{option}: expected a file that ends in .png, got {path}")
     if path.is_dir():
         raise InvalidInput(f"{option}: {path} is a folder; name a file in it")
+
+
+@dataclass
+class Series:
+    """Options of a judgement over many seeds, and what becomes of its result."""
+
+    seeds: int = 100
+    """Number of seeds, >= 1."""
+    seed: int = 0
+    """The first seed; any whole number >= 0."""
+    workers: int = 0
+    """Processes, >= 0; 0 takes one a CPU."""
+    json: bool = False
+    """Print one JSON object and nothing else."""
+    out: Path | None = None
+    """Folder for the JSON file; new or empty."""
+
+    def check(self) -> None:
+        """Refuse numbers that make no sense, before any work."""
+        at_least("--seeds", self.seeds, 1)
+        at_least("--seed", self.seed, 0)
+        at_least("--workers", self.workers, 0)
+
+    def judge(self, name: str, run: Callable[..., Any], as_text: Callable[[Any], str]) -> int:
+        """Run, write ``name.json`` where asked to, and print.
+
+        Args:
+            name: Of the series.
+            run: Called with ``seeds``, ``seed``, ``workers`` and ``progress``; its result has
+                ``as_json()``.
+            as_text: The result as a table.
+        """
+        from mobius.files import write_json_atomic
+        from mobius.results import staged
+
+        with nullcontext() if self.out is None else staged(self.out) as folder:
+            with Bar() as bar:
+                result = run(
+                    seeds=self.seeds,
+                    seed=self.seed,
+                    workers=self.workers,
+                    progress=lambda share: bar(name, share),
+                )
+            if folder is not None:
+                write_json_atomic(folder / f"{name}.json", result.as_json())
+        print(json.dumps(result.as_json(), allow_nan=False) if self.json else as_text(result))
+        return 0

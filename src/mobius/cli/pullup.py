@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from mobius.cli.common import Bar, at_least
+from mobius.cli.common import Bar, Series, at_least
 from mobius.errors import InvalidInput
 
 MOST_PUSH = 60.0
@@ -64,47 +64,19 @@ class PullUpVerb:
 
 
 @dataclass
-class EvalPullUp:
+class EvalPullUp(Series):
     """Pull-ups over many seeds: bar, mass, friction and both grasps' limit surfaces drawn."""
 
-    seeds: int = 100
-    """Number of seeds, >= 1."""
-    seed: int = 0
-    """The first seed; any whole number >= 0."""
     push: tuple[float, ...] = (15.0, 30.0)
     """Down on the trunk while it holds, for 1 s each [N], in (0, 60]."""
-    workers: int = 0
-    """Processes, >= 0; 0 takes one a CPU."""
-    json: bool = False
-    """Print one JSON object and nothing else."""
-    out: Path | None = None
-    """Folder for pullup.json; new or empty."""
 
     def __call__(self) -> int:
         """Run the trials and print."""
         from mobius.headless import import_mujoco
 
-        at_least("--seeds", self.seeds, 1)
-        at_least("--seed", self.seed, 0)
-        at_least("--workers", self.workers, 0)
+        self.check()
         pushes = _pushes(self.push)
         import_mujoco()
-        from contextlib import nullcontext
-
         from mobius.evaluate.pullup_trials import as_text, pullup_trials
-        from mobius.files import write_json_atomic
-        from mobius.results import staged
 
-        with nullcontext() if self.out is None else staged(self.out) as folder:
-            with Bar() as bar:
-                result = pullup_trials(
-                    seeds=self.seeds,
-                    seed=self.seed,
-                    pushes=pushes,
-                    workers=self.workers,
-                    progress=lambda share: bar("pull-ups", share),
-                )
-            if folder is not None:
-                write_json_atomic(folder / "pullup.json", result.as_json())
-        print(json.dumps(result.as_json(), allow_nan=False) if self.json else as_text(result))
-        return 0
+        return self.judge("pullup", partial(pullup_trials, pushes=pushes), as_text)

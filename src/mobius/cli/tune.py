@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tyro.conf import Positional
 
-from mobius.cli.common import Bar, at_least, png_file
+from mobius.cli.common import Series, at_least, png_file
 from mobius.errors import InvalidInput, UnknownName
 
 if TYPE_CHECKING:
@@ -190,49 +191,36 @@ def _windows(reports: Sequence[tuple[float, Report]]) -> list[dict[str, Any]]:
 
 
 @dataclass
-class EvalTuning:
+class EvalTuning(Series):
     """How much tuning helps: 20 stiffnesses from 500 to 50000 N/m, wall, bar and peg."""
 
     seeds: int = 1
     """Number of seeds of each contact, >= 1."""
-    seed: int = 0
-    """The first seed; any whole number >= 0."""
     start: str = "one_for_all"
     """First gains: one_for_all or guess, see mobius tune --help."""
-    workers: int = 0
-    """Processes, >= 0; 0 takes one a CPU."""
-    json: bool = False
-    """Print one JSON object with every case and nothing else."""
 
     def __call__(self) -> int:
         """Evaluate and print."""
         from mobius.evaluate.tuning import tuning
 
-        at_least("--seeds", self.seeds, 1)
-        at_least("--seed", self.seed, 0)
-        at_least("--workers", self.workers, 0)
-        with Bar() as bar:
-            result = tuning(
-                seeds=self.seeds,
-                seed=self.seed,
-                start=self.start,
-                workers=self.workers,
-                progress=lambda share: bar("tuning", share),
-            ).as_json()
-        if self.json:
-            print(json.dumps(result, allow_nan=False))
-            return 0
-        print("kind   stiffness   before    after  change  settled")
-        for c in result["runs"]:
-            print(
-                f"{c['kind']:5s} {c['stiffness']:7.0f} N/m {c['before']:6.2f} N {c['after']:6.2f} N"
-                f" {100 * c['change']:+5.0f} %  {c['settled_s']:4.0f} s"
-                f"{'  UNSTABLE' if c['unstable'] else ''}"
-            )
-        print(
-            f"force error: median {100 * result['force_rmse_change']:+.0f} %, worst"
-            f" {100 * result['force_rmse_change_worst']:+.0f} %; settled after"
-            f" {result['settled_s']:.0f} s, at most {result['settled_s_worst']:.0f} s; unstable"
-            f" {result['unstable']} of {result['cases']}"
+        self.check()
+        return self.judge("tuning", partial(tuning, start=self.start), _as_text)
+
+
+def _as_text(tuned: Any) -> str:
+    """A line a contact, and the sum of it."""
+    result = tuned.as_json()
+    lines = ["kind   stiffness   before    after  change  settled"]
+    for c in result["runs"]:
+        lines.append(
+            f"{c['kind']:5s} {c['stiffness']:7.0f} N/m {c['before']:6.2f} N {c['after']:6.2f} N"
+            f" {100 * c['change']:+5.0f} %  {c['settled_s']:4.0f} s"
+            f"{'  UNSTABLE' if c['unstable'] else ''}"
         )
-        return 0
+    lines.append(
+        f"force error: median {100 * result['force_rmse_change']:+.0f} %, worst"
+        f" {100 * result['force_rmse_change_worst']:+.0f} %; settled after"
+        f" {result['settled_s']:.0f} s, at most {result['settled_s_worst']:.0f} s; unstable"
+        f" {result['unstable']} of {result['cases']}"
+    )
+    return "\n".join(lines)
