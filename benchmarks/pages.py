@@ -156,6 +156,8 @@ def keeping(seconds: float) -> dict[str, Any]:
         watching,
         size=(900, 640),
     )
+    if not figures:
+        raise RuntimeError("nothing was measured: the visit ended early; its own words stand above")
     return figures
 
 

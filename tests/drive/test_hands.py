@@ -75,7 +75,7 @@ def test_who_only_watched_may_go():
     hands.take(Beat(page=True), 0.0)
     assert hands.lost(100.0) == ""
     hands.take(Beat(page=True), 200.0)
-    hands.touch()  # and asked for a body
+    hands.touch(200.0)  # and asked for a body
     assert hands.lost(300.0) == "the viewer is gone"
 
 
@@ -83,6 +83,27 @@ def test_who_only_watched_may_go():
 def test_shares_beyond_one_or_no_numbers_are_refused(share):
     with pytest.raises(InvalidInput, match="3 numbers from -1 to 1"):
         Hands().take(Beat(driving=True, share=share), 0.0)
+
+
+@pytest.mark.parametrize(("beat", "at"), [(Beat(page=False), 0.0), (Beat(), GONE + 0.01)])
+def test_where_nobody_is_nothing_can_be_asked(beat, at):
+    hands = Hands()
+    hands.take(AHEAD, 0.0)
+    hands.take(beat, 0.0)
+    with pytest.raises(InvalidInput, match="nobody is at the controls"):
+        hands.touch(at)
+    assert "gone" in hands.lost(at)  # a late click does not disarm the switch
+
+
+def test_after_a_stop_keys_count_once_they_have_been_let_go():
+    hands = Hands()
+    hands.take(AHEAD, 0.0)
+    hands.let_go()
+    hands.take(AHEAD, 0.1)
+    assert not hands.holding(0.1) and not hands.twist(Mode.CRAWL, 0.1).any()
+    hands.take(Beat(driving=True), 0.2)
+    hands.take(AHEAD, 0.3)
+    assert hands.holding(0.3)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, 1.5, float("nan")])

@@ -1,14 +1,18 @@
 """The loop in its own process, and the line to it."""
 
 import os
+import signal
 import time
 
 import pytest
 
+from mobius.drive.guide import Planner
 from mobius.drive.loop import Line
 from mobius.drive.run import drive
-from mobius.errors import InvalidInput, UnknownName
-from mobius.view.live.nouns import Beat, Snapshot, WantMode, Way
+from mobius.drive.stage import build_stage
+from mobius.errors import InvalidInput, PlanError, UnknownName
+from mobius.types import Mode, Plan
+from mobius.view.live.nouns import Beat, Freeze, Halt, Reset, Snapshot, WantMode, Way
 
 
 @pytest.fixture
@@ -83,3 +87,41 @@ def test_a_plan_crosses_the_line(line):
             ways += [came] if isinstance(came, Way) else []
         line.send(Beat(seen=seen))
     assert len(ways[-1].xy) > 2 and ways[-1].status
+
+
+def test_while_time_stands_still_what_is_asked_is_shown(line):
+    until(line, lambda s: s.t > 0.2)
+    line.send(Freeze(True))
+    still = until(line, lambda s: s.frozen)
+    line.send(Halt("a stop"))
+    assert until(line, lambda s: s.stopped).t == still.t
+    line.send(Reset())
+    again = until(line, lambda s: s.scene == still.scene + 1)
+    assert again.t < 0.01 and again.frozen and not again.stopped
+
+
+def test_a_loop_that_is_killed_does_not_pass_for_one_that_was_ended():
+    line = Line("arena", randomised=False)
+    os.kill(line._process.pid, signal.SIGKILL)
+    line._process.join(5.0)
+    with pytest.raises(RuntimeError, match="exit code -9"):
+        line.check()
+    line.close()
+
+
+def test_a_planner_that_is_killed_is_replaced():
+    planner = Planner()
+    try:
+        world = build_stage("arena").world
+        question = (world, (Mode.CRAWL,), world.grid.start, Mode.CRAWL)
+        number = planner.ask(*question)
+        planner._process.kill()
+        planner._process.join()
+        answer = planner.answer(number)
+        assert isinstance(answer, PlanError) and "ask again" in str(answer)
+        number, end = planner.ask(*question), time.monotonic() + 15.0
+        while (plan := planner.answer(number)) is None and time.monotonic() < end:
+            time.sleep(0.02)
+        assert isinstance(plan, Plan)
+    finally:
+        planner.close()

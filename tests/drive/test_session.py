@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mobius.errors import MobiusError
 from mobius.types import Mode
 from mobius.view.live.nouns import (
     Beat,
@@ -191,3 +192,152 @@ def test_a_log_is_begun_and_ended_by_a_button(live, tmp_path):
     (log,) = tmp_path.glob("drive_*/run.mcap")
     assert log.stat().st_size > 10_000
     assert live.session.stack.machine.mode is Mode.CRAWL
+
+
+class Slow:
+    """A planner whose answer comes when it is told to."""
+
+    def __init__(self, planner):
+        self.planner, self.ready = planner, False
+
+    def ask(self, *question):
+        return self.planner.ask(*question)
+
+    def answer(self, number):
+        return self.planner.answer(number) if self.ready else None
+
+
+@pytest.fixture
+def slow(live):
+    """A drive in which Go has been asked and the plan is still being made."""
+    planner = Slow(live.session._planner)
+    live.session._planner = live.session.guide._planner = planner
+    live.run(1.6)
+    live.ask(Go(("crawl",)))
+    live.run(0.1)
+    assert live.session.guide.planning
+    return live, planner
+
+
+def test_a_plan_that_comes_is_followed(slow):
+    live, planner = slow
+    planner.ready = True
+    live.run(0.1)
+    assert live.last.following
+
+
+@pytest.mark.parametrize("ends", [Halt(), Wait(), WantMode("crawl"), AHEAD, Beat(page=False)])
+def test_a_plan_that_comes_after_its_driver_let_it_go_is_not_followed(slow, ends):
+    """Go, and before the plan is there: a stop, Pause, another body, a key, nobody there."""
+    live, planner = slow
+    if isinstance(ends, Beat):
+        live.run(0.1, ends)
+    else:
+        live.ask(ends)
+    planner.ready = True
+    live.run(0.3)
+    assert len(live.session.way.xy) and not live.last.following
+    if live.last.stopped:
+        live.ask(Release())
+        live.run(6.0)
+        assert live.last.mode == "crawl" and not live.last.following
+
+
+@pytest.mark.parametrize("request_", [Go(("crawl",)), WantMode("biped"), Release()])
+def test_a_click_that_comes_after_its_page_has_gone_moves_nothing(live, request_):
+    live.run(1.6)
+    live.run(0.1, Beat(page=False))
+    live.ask(request_)
+    live.run(1.5, Beat(page=False))
+    assert "nobody is at the controls" in live.last.message
+    assert live.last.wanted == "crawl" and not live.last.following and not live.last.twist[0].any()
+
+
+def test_a_robot_that_stopped_by_itself_does_not_go_on_with_its_plan_when_released(live):
+    live.run(1.6)
+    live.ask(Go(("crawl",)))
+    live.run(1.0)
+    assert live.last.following
+    live.session.stack.machine.emergency_stop("fallen 5 times in a row")  # as it does itself
+    live.run(0.5)
+    assert not live.last.following
+    live.ask(Release())
+    live.run(4.0)
+    assert live.last.mode == "crawl" and not live.last.following
+
+
+def test_while_stopped_goals_and_bodies_are_refused_with_what_to_press(live):
+    live.run(1.0)
+    live.ask(Halt())
+    for request in (Go(("crawl",)), WantMode("biped")):
+        live.ask(request)
+        live.run(0.05)
+        assert "release the stop first" in live.last.message
+    live.ask(MakePlan(("crawl",)))
+    live.run(0.05)
+    assert live.last.message.startswith("plan: optimal")
+
+
+def test_a_released_robot_waits_until_keys_that_were_held_all_along_are_let_go(live):
+    live.run(1.0)
+    live.run(0.3, AHEAD)
+    live.ask(Halt())
+    live.ask(Release())
+    live.run(4.0, AHEAD)
+    assert live.last.mode == "crawl" and not live.last.twist[0].any()
+    live.run(0.1, Beat(driving=True))
+    live.run(0.1, AHEAD)
+    assert live.last.twist[0, 0] > 0.5
+
+
+def test_a_push_while_the_mouse_pulls_leaves_no_force_behind(live):
+    live.run(0.5)
+    applied = live.session.robot.data.xfrc_applied
+    live.ask(Push(0.3, 0.0))
+    live.run(0.05)
+    live.ask(Drag(np.zeros_like(applied)))
+    assert applied.any()  # the push goes on
+    live.run(0.3)
+    assert not applied.any()
+
+
+def test_the_mouse_lets_go_when_its_page_is_gone(live):
+    live.run(0.3, AHEAD)
+    force = np.zeros_like(live.session.robot.data.xfrc_applied)
+    force[1, 2] = 20.0
+    live.ask(Drag(force))
+    live.run(0.1, Beat(page=False))
+    assert not live.session.robot.data.xfrc_applied.any()
+
+
+def test_a_log_that_cannot_be_made_or_goes_on_no_more_is_explained_and_the_robot_goes_on(
+    live, tmp_path
+):
+    (tmp_path / "file").write_text("")
+    live.session.log.folder = tmp_path / "file"  # no folder can be made in a file
+    live.run(0.2)
+    live.ask(Record(True))
+    live.run(0.1)
+    assert "cannot be written" in live.last.message and not live.last.recording
+    live.session.log.folder = tmp_path
+    live.ask(Record(True))
+    live.run(0.1)
+
+    def full(*_, **__):
+        raise MobiusError("the log can no longer be written (No space left on device)")
+
+    live.session.log._recorder.see = full
+    live.run(0.1)
+    assert "No space left" in live.last.message and not live.last.recording
+
+
+def test_a_log_ends_with_its_robot_and_says_so(live, tmp_path):
+    live.session.log.folder = tmp_path
+    live.run(0.2)
+    for _ in range(2):  # two within one second
+        live.ask(Record(True))
+        live.run(0.1)
+        live.ask(Reset())
+        live.run(0.1)
+        assert live.last.message.startswith(f"saved {tmp_path}") and not live.last.recording
+    assert len(list(tmp_path.glob("drive_*/run.mcap"))) == 2

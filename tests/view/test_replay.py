@@ -95,3 +95,24 @@ def test_squares_are_gathered_and_a_jump_back_starts_anew(player):
     player.send(Reset())
     visited.see(player.first, step(player, 0.0)[-1])
     assert len(visited.squares) == 1
+
+
+def test_a_frame_forward_shows_the_next_row_and_no_other(run, player):
+    """Log times are whole nanoseconds: a sixtieth on top of one can fall short of the next."""
+    player.send(Play(False))
+    player.send(Reset())
+    for row in range(1, 200):
+        player.send(Seek(player.beside(1)))
+        assert run.at(player.t) == row
+    player.send(Seek(player.beside(-1)))
+    assert run.at(player.t) == 198
+    assert player.beside(-(10**6)) == run.t[0] and player.beside(10**6) == run.t[-1]
+
+
+def test_play_at_the_end_begins_again(run, player):
+    player.send(Seek(1e9))
+    step(player, 0.1)
+    assert not player.playing
+    player.send(Play(True))
+    step(player, 1.0)
+    assert player.playing and player.t == pytest.approx(run.t[0] + 1.0)

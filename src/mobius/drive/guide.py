@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.errors import InvalidInput, MapError, MobiusError
+from mobius.errors import InvalidInput, MapError, MobiusError, PlanError
 from mobius.mission.body import check_modes
 from mobius.mission.pilot import Pilot, footholds
 from mobius.mission.prepare import plan_mission, with_ends
@@ -31,12 +31,8 @@ class Planner:
     """
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._line, theirs = context.Pipe()
-        self._process = context.Process(target=_plan_on_demand, args=(theirs,), daemon=True)
-        self._process.start()
-        theirs.close()
         self._asked = 0
+        self._start()
 
     def ask(self, world: World, modes: tuple[Mode, ...], start: Array, body: Mode) -> int:
         """Begin to plan from ``start`` (2,) [m] to the world's goal in ``body``.
@@ -45,15 +41,24 @@ class Planner:
             The number of the question.
         """
         self._asked += 1
-        self._line.send((self._asked, world, modes, start, body))
+        question = (self._asked, world, modes, start, body)
+        try:
+            self._line.send(question)
+        except OSError:  # it was ended from outside
+            self._again()
+            self._line.send(question)
         return self._asked
 
     def answer(self, number: int) -> Plan | MobiusError | None:
         """The plan that was asked for, why there is none, or None while it is being made."""
-        while self._line.poll():
-            came, plan = self._line.recv()
-            if came == number:
-                return plan  # type: ignore[no-any-return]
+        try:
+            while self._line.poll():
+                came, plan = self._line.recv()
+                if came == number:
+                    return plan  # type: ignore[no-any-return]
+        except (EOFError, OSError):
+            self._again()
+            return PlanError("the planner's process has ended without a plan; ask again")
         return None
 
     def close(self) -> None:
@@ -61,6 +66,18 @@ class Planner:
         self._line.close()
         self._process.terminate()
         self._process.join()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._line, theirs = context.Pipe()
+        self._process = context.Process(target=_plan_on_demand, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def _again(self) -> None:
+        """Another process in place of one that has ended."""
+        self.close()
+        self._start()
 
 
 def _plan_on_demand(line: Connection) -> None:
@@ -112,6 +129,10 @@ class Guide:
         """Another goal [m]; an older plan is forgotten."""
         self.goal = np.array(xy, dtype=float)
         self.forget()
+
+    def pause(self) -> None:
+        """Follow no plan, nor one that is still being made once it comes; keep it."""
+        self.following = self._go = False
 
     def forget(self) -> None:
         """Drop the plan."""

@@ -2,7 +2,8 @@
 
 The robot moves by hand only while beats say that keys are held *now*. A beat that is older than
 :data:`STALE` counts as hands off, whatever it said: a page that hangs with a key down stops the
-robot.
+robot. After a stop keys count once they have all been let go. Where nobody is, nothing that makes
+the robot move can be asked either: a click may come after the page that it was made on has gone.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class Hands:
         self.limit = 1.0
         """Share of the body's greatest speeds that held keys reach."""
         self._beat, self._at = Beat(page=False), -np.inf
-        self._armed = False
+        self._armed = self._must_let_go = False
 
     def take(self, beat: Beat, now: float) -> None:
         """A beat that came at ``now`` [s] on any clock that only goes forward.
@@ -43,10 +44,21 @@ class Hands:
             raise InvalidInput(f"Beat.share: expected 3 numbers from -1 to 1, got {beat.share}")
         self._beat, self._at = beat, now
         self._armed |= beat.page and beat.driving
+        self._must_let_go &= beat.driving and bool(share.any())
 
-    def touch(self) -> None:
-        """Somebody asked something of the robot: from now on they must stay."""
-        self._armed = self._beat.page
+    def touch(self, now: float) -> None:
+        """Somebody asked something of the robot: from now on they must stay.
+
+        Raises:
+            InvalidInput: Nobody is at the controls.
+        """
+        if not self._beat.page or now - self._at > GONE:
+            raise InvalidInput("not done: nobody is at the controls any more; ask again")
+        self._armed = True
+
+    def let_go(self) -> None:
+        """Keys that are held now count no more until all have been let go."""
+        self._must_let_go = True
 
     def set_limit(self, share: float) -> None:
         """Bound the speed of held keys to a share (0 to 1] of the body's greatest."""
@@ -57,7 +69,7 @@ class Hands:
     def holding(self, now: float) -> bool:
         """Whether a key that moves the robot is held."""
         beat = self._beat
-        fresh = now - self._at <= STALE
+        fresh = now - self._at <= STALE and not self._must_let_go
         return fresh and beat.page and beat.driving and any(v != 0.0 for v in beat.share)
 
     def twist(self, mode: Mode, now: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 
 from mobius.bridge.about import About
 from mobius.bridge.record import McapRecorder
+from mobius.errors import MobiusError
 from mobius.model.urdf import build_urdf
 from mobius.robot import TICK
 from mobius.stack import Sample
@@ -50,8 +52,9 @@ class LiveLog:
         Raises:
             InvalidInput: The file cannot be made.
         """
-        folder = self.folder / f"drive_{time.strftime('%Y%m%d-%H%M%S')}"
-        folder.mkdir(parents=True, exist_ok=True)
+        name = f"drive_{time.strftime('%Y%m%d-%H%M%S')}"
+        taken = len(list(self.folder.glob(f"{name}*")))
+        folder = self.folder / (f"{name}-{taken + 1}" if taken else name)
         about = About(
             map=world.name,
             seed=seed,
@@ -89,8 +92,13 @@ class LiveLog:
         """Close the log that was begun, if one was."""
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
-            recorder.close()
             self.last = str(recorder.path)
+            recorder.close()
+
+    def drop(self) -> None:
+        """End a log that can no longer be written; what was written before can be read."""
+        with suppress(MobiusError):
+            self.end()
 
 
 def _versions() -> dict[str, str]:

@@ -8,9 +8,12 @@ beats fail to come. When the line breaks, the loop ends.
 from __future__ import annotations
 
 import multiprocessing
+import signal
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -19,6 +22,7 @@ from mobius.drive.session import Session
 from mobius.errors import MobiusError
 from mobius.headless import import_mujoco
 from mobius.pace import Pace, hurry
+from mobius.stack import Sample
 from mobius.view.live.nouns import Beat, Keeping, Request, Scene, Snapshot, Way
 
 UNSEEN = 8
@@ -41,18 +45,31 @@ class Line:
         self._process = context.Process(
             target=run_loop, args=(theirs, source, seed, randomised), name="mobius-loop"
         )
-        self._process.start()
+        with _ctrl_c_left_out():
+            self._process.start()
         theirs.close()
-        first = self._receive()
-        if isinstance(first, MobiusError):
-            self._process.join()
-            raise first
+        try:
+            first = self._receive()
+            if isinstance(first, MobiusError):
+                raise first
+        except BaseException:  # Ctrl+C, too: the process must not be waited for in vain
+            self.close()
+            raise
         self.first: Scene = first
 
     @property
     def alive(self) -> bool:
         """Whether the loop runs."""
         return self._process.is_alive()
+
+    def check(self) -> None:
+        """Say so where the loop has ended though nobody has closed the line.
+
+        Raises:
+            RuntimeError: It has; its own words stand above.
+        """
+        if not self.alive:
+            raise RuntimeError(f"the loop ended, exit code {self._process.exitcode}")
 
     def send(self, request: Request) -> None:
         """Ask something of the loop; nothing happens where it has ended."""
@@ -86,10 +103,21 @@ class Line:
             raise RuntimeError(f"the loop ended, exit code {self._process.exitcode}") from None
 
 
+@contextmanager
+def _ctrl_c_left_out() -> Iterator[None]:
+    """A process that is started inside is ended by this one alone, never by Ctrl+C."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def run_loop(line: Connection, source: str, seed: int, randomised: bool) -> None:
     """The process: a session in real time until the line breaks."""
-    import signal
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer ends it
     import_mujoco()
     planner = Planner()
@@ -117,6 +145,7 @@ class LoopEnd:
         self._pace = Pace(session.stack)
         self._under_way: deque[int] = deque()
         self._scene = self._way = 0
+        self._sample: Sample | None = None
         self._tell_changes()
 
     def run(self) -> None:
@@ -130,20 +159,30 @@ class LoopEnd:
     def turn(self) -> None:
         """One tick; at 60 Hz requests are taken and a snapshot is sent."""
         session = self._session
-        if session.frozen:
+        if session.frozen and self._sample is not None:
             self._pace.pause()
             time.sleep(FROZEN_S)
-            self._hear()
+            if self._hear_all():
+                self._tell(session.show(self._sample, self._keeping()))
             return
         sample = self._pace.turn(session.source(self._clock))
         if sample is None:
             return
+        self._sample = sample
+        if self._hear_all():
+            self._tell(session.see(sample, self._keeping()))
+
+    def _hear_all(self) -> bool:
+        """Take the requests; False where they began anew: there is no sample of that yet."""
         self._hear()
-        if session.stack is not self._pace.stack:  # begun anew
-            self._pace.restart(session.stack)
-            self._tell_changes()
-            return
-        snapshot = session.see(sample, self._keeping())
+        anew = self._session.stack is not self._pace.stack
+        if anew:
+            self._pace.restart(self._session.stack)
+            self._sample = None
+        self._tell_changes()
+        return not anew
+
+    def _tell(self, snapshot: Snapshot) -> None:
         self._tell_changes()
         if len(self._under_way) < UNSEEN:
             self._line.send(snapshot)

@@ -50,10 +50,19 @@ def drive(
         seen: Shown the :class:`mobius.view.live.cockpit.Cockpit` 60 times a second.
 
     Raises:
-        MobiusError: The map cannot be used, or the port is taken.
+        MobiusError: The map cannot be used, the port is taken, the host is none of this machine,
+            or there is no display for a window.
+        RuntimeError: The loop ended though nobody ended it.
     """
     if viewer == "none" and seconds is None:
         raise InvalidInput("--viewer none: nobody could end it; give it --seconds N")
+    door = door or Door()
+    if viewer == "web":
+        door.check()
+    elif viewer == "native":
+        from mobius.view.live.window import check_window
+
+        check_window()
     began = time.monotonic()
     line = Line(source, seed=seed, randomised=randomised)
     try:
@@ -66,12 +75,13 @@ def drive(
                 line,
                 Reset,
                 viewer=viewer,
-                door=door or Door(),
+                door=door,
                 seconds=seconds,
                 shadows=shadows,
                 ready=ready,
                 seen=seen,
             )
+        line.check()
     finally:
         line.close()
     return Driven(time.monotonic() - began, last)

@@ -14,22 +14,21 @@ from typing import Any
 import numpy as np
 
 from mobius.control.bodies import BODIES
-from mobius.control.observation import heading_twist
 from mobius.control.peers import controller_of
 from mobius.drive.guide import Guide, Planner
 from mobius.drive.hands import Hands
 from mobius.drive.log import LiveLog
 from mobius.drive.stage import MODES, build_stage, check_place, put_at, robot_on, scene_of
+from mobius.drive.touch import body_in, let_loose, pose_of, pull, push, twist_of
 from mobius.errors import InvalidInput, MobiusError, UnknownName
-from mobius.geometry import heading_yaw
 from mobius.modes.machine import WALKING
 from mobius.stack import Sample
 from mobius.types import Mode, ModeCommand, StateEstimate
 from mobius.view.live import nouns
 from mobius.view.live.nouns import Keeping, Scene, Snapshot, Way
 
-SHOVE_MOST = 2.0
-"""Greatest push [m/s]."""
+MOVING = (nouns.WantMode, nouns.Go, nouns.Release, nouns.UsePolicy)
+"""Requests that can make the robot move: who asks one must be there, and stay."""
 
 
 class Session:
@@ -78,15 +77,23 @@ class Session:
 
     def see(self, sample: Sample, keeping: Keeping) -> Snapshot:
         """A snapshot of a sample; also logs it."""
-        truth = self.robot.truth()
-        self.log.take(sample, truth)
+        self._belief = sample.belief
         said, plans = self.guide.look(), self.guide.way.number
-        if plans != self._logged and self.guide.plan is not None:
-            self.log.plan(self.guide.plan)
-        self._logged = plans
         self.message = said or self.message
-        machine = self.stack.machine
-        body = BODIES["biped" if machine.mode is Mode.BIPED else "crawl"]
+        try:
+            self.log.take(sample, self.robot.truth())
+            if plans != self._logged and self.guide.plan is not None:
+                self.log.plan(self.guide.plan)
+        except MobiusError as error:  # as where the disk is full: the robot goes on
+            self.log.drop()
+            self.message = str(error)
+        self._logged = plans
+        return self.show(sample, keeping)
+
+    def show(self, sample: Sample, keeping: Keeping) -> Snapshot:
+        """A snapshot of a sample, with what has been asked since."""
+        truth, machine = self.robot.truth(), self.stack.machine
+        body = body_in(machine.mode)
         self._numbers["snapshot"] += 1
         return Snapshot(
             number=self._numbers["snapshot"],
@@ -99,14 +106,10 @@ class Session:
             notice=machine.notice,
             message=self.message,
             twist=np.stack(
-                [
-                    sample.command.twist_H,
-                    _twist(body, sample.belief),
-                    _twist(body, truth),
-                ]
+                [sample.command.twist_H, twist_of(body, sample.belief), twist_of(body, truth)]
             ),
-            true_pose=_pose(body.heading, truth),
-            believed_pose=_pose(body.heading, sample.belief),
+            true_pose=pose_of(body, truth),
+            believed_pose=pose_of(body, sample.belief),
             power=sample.power,
             contact=self.robot.contact_force(),
             wrench=np.array(sample.frame.wrench_S),
@@ -128,7 +131,6 @@ class Session:
         """
 
         def command(belief: StateEstimate) -> ModeCommand:
-            self._belief = belief
             return self._command(belief, now())
 
         return command
@@ -137,7 +139,7 @@ class Session:
         actual = self.stack.machine.mode
         self._note_change(actual)
         if self.hands.holding(now):
-            self.guide.following = False
+            self.guide.pause()
         if self.guide.following:
             command = self.guide.command(belief, actual)
             if actual in WALKING:
@@ -155,16 +157,23 @@ class Session:
     def watch(self, now: float) -> None:
         """Stop where nobody is at the controls any more."""
         why = self.hands.lost(now)
-        if why and not self.stack.machine.stopped:
-            self._halt(why)
+        if why:
+            let_loose(self.robot)
+            if not self.stack.machine.stopped:
+                self._halt(why)
+        if self.stack.machine.stopped:  # also where it stopped by itself
+            self.guide.pause()
+            self.hands.let_go()
 
     # -- requests --------------------------------------------------------------------------
 
     def take(self, request: nouns.Request, now: float) -> None:
         """Carry out a request; what is wrong with it goes into :attr:`message`."""
         try:
-            if isinstance(request, nouns.WantMode | nouns.Go | nouns.Release):
-                self.hands.touch()
+            if isinstance(request, MOVING):
+                self.hands.touch(now)
+            if isinstance(request, nouns.WantMode | nouns.Go) and self.stack.machine.stopped:
+                raise InvalidInput("not done: the robot is stopped; release the stop first (R)")
             self._take(request, now)
         except MobiusError as error:
             self.message = str(error)
@@ -176,6 +185,7 @@ class Session:
             case nouns.Halt():
                 self._halt(request.why)
             case nouns.Release():
+                self.hands.let_go()
                 self._wanted, self.message = Mode.CRAWL, ""
                 self.stack.machine.release()
             case nouns.WantMode():
@@ -183,9 +193,9 @@ class Session:
             case nouns.SpeedLimit():
                 self.hands.set_limit(request.share)
             case nouns.Push():
-                self._push(request)
+                push(self.robot, self.stack.machine.mode, request.dv, request.bearing)
             case nouns.Drag():
-                self._drag(request.xfrc)
+                pull(self.robot, request.xfrc)
             case nouns.Freeze():
                 self.frozen = request.on
             case nouns.Record():
@@ -197,7 +207,8 @@ class Session:
 
     def _take_place(self, request: Any) -> None:
         """Requests about map, plan and where the robot is."""
-        body = self.stack.machine.mode
+        mode = self.stack.machine.mode
+        body = mode if mode in WALKING else Mode.CRAWL
         match request:
             case nouns.LoadMap():
                 self._stage = build_stage(request.name)
@@ -220,12 +231,13 @@ class Session:
                 self.guide.go(self._here(), body, request.modes)
                 self.message = "planning" if self.guide.planning else "going"
             case nouns.Wait():
-                self.guide.following = False
+                self.guide.pause()
             case _:
                 raise InvalidInput(f"unknown request {type(request).__name__}")
 
     def _begin(self) -> None:
-        """A fresh robot at the start."""
+        """A fresh robot at the start; a log ends with the one that was there."""
+        recorded = self.log.name
         self.log.end()
         self.stack, self.robot = robot_on(
             self._stage, seed=self._seed, randomised=self._randomised, policies=self.policies
@@ -235,7 +247,7 @@ class Session:
         self._wanted = self._was = self.stack.machine.mode
         self._belief = None
         self._numbers["scene"] += 1
-        self.message = ""
+        self.message = f"saved {recorded}" if recorded else ""
 
     def _here(self) -> StateEstimate:
         if self._belief is None:
@@ -243,29 +255,15 @@ class Session:
         return self._belief
 
     def _halt(self, why: str) -> None:
-        self.guide.following = False
+        self.guide.pause()
         self.stack.machine.emergency_stop(why)
         self.message = why
 
     def _want(self, name: str) -> None:
         if name not in MODES:
             raise UnknownName("mode", name, MODES)
-        self.guide.following = False
+        self.guide.pause()
         self._wanted, self.message = Mode(name), ""
-
-    def _push(self, request: nouns.Push) -> None:
-        if not 0.0 <= request.dv <= SHOVE_MOST:
-            raise InvalidInput(f"push: expected 0 to {SHOVE_MOST:g} m/s, got {request.dv:g}")
-        truth = self.robot.truth()
-        body = BODIES["biped" if self.stack.machine.mode is Mode.BIPED else "crawl"]
-        angle = float(heading_yaw(body.heading, truth.q_OB)) + request.bearing
-        self.robot.push(request.dv * np.array([np.cos(angle), np.sin(angle)]), as_force=True)
-
-    def _drag(self, xfrc: Any) -> None:
-        applied = self.robot.data.xfrc_applied
-        force = np.asarray(xfrc, dtype=float)
-        if force.shape == applied.shape and np.isfinite(force).all():  # else of an older scene
-            applied[:] = force
 
     def _record(self, on: bool) -> None:
         self.log.end()
@@ -284,14 +282,3 @@ class Session:
         self.policies[request.body] = request.name
         self.stack.replace(BODIES[request.body].mode, controller)
         self.message = f"{request.body} is driven by {request.name}"
-
-
-def _twist(body: Any, state: StateEstimate) -> np.ndarray:
-    """(3,) in the body's heading frame."""
-    v, w = heading_twist(body, state.q_OB, state.v_B, state.w_B)
-    return np.array([v[0], v[1], w[2]])
-
-
-def _pose(heading: Any, state: StateEstimate) -> np.ndarray:
-    """(4,) x, y, z [m], yaw [rad]."""
-    return np.array([*state.p_OB, float(heading_yaw(heading, state.q_OB))])

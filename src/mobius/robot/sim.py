@@ -216,6 +216,15 @@ class SimRobot(Simulated):
         self._shove, self._shove_ticks = np.asarray(dv_xy, dtype=float) / ticks, ticks + 1
         self._shove_as_force = as_force
 
+    def pull(self, xfrc: ArrayLike) -> None:
+        """Pull at bodies from now on, until told otherwise; a push that goes on is kept apart.
+
+        Args:
+            xfrc: (nbody, 6) force [N] and torque [N m] at the centre of each body, world frame.
+        """
+        self.data.xfrc_applied[:] = xfrc
+        self.data.xfrc_applied[:, :2] += self._shoved
+
     def _push_on(self) -> None:
         self._shove_ticks -= 1
         share = self._shove * (self._shove_ticks > 0)  # the last call lets go

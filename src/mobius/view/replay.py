@@ -68,6 +68,8 @@ class Player:
             case Seek():
                 self.t = float(np.clip(request.t, self.run.t[0], self.run.t[-1]))
             case Play():
+                if request.on and not self.playing and self.t >= self.run.t[-1]:
+                    self.t = float(self.run.t[0])  # from the beginning again
                 self.playing, self.speed = request.on, request.speed
             case Freeze():
                 self.playing = not request.on
@@ -89,6 +91,11 @@ class Player:
             self._plan = plan
             yield self._way(plan)
         yield self.snapshot(self.run.at(self.t))
+
+    def beside(self, rows: int) -> float:
+        """Time [s] of the row that lies so many rows after (or before) the one shown."""
+        row = min(max(self.run.at(self.t) + rows, 0), len(self.run) - 1)
+        return float(self.run.t[row])
 
     def snapshot(self, row: int) -> Snapshot:
         """One row of the run."""
@@ -173,8 +180,13 @@ def show(
         seen: Shown the cockpit 60 times a second.
 
     Raises:
-        InvalidInput: The scene in the log cannot be built, or the port is taken.
+        InvalidInput: The scene in the log cannot be built, the port is taken, or there is no
+            display.
     """
+    from mobius.view.live.window import check_window
+
+    if viewer == "native":
+        check_window()
     from mobius.view.live.studio import watch
     from mobius.view.replay_windows import windows_of
 

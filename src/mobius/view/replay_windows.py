@@ -14,7 +14,8 @@ from mobius.view.live.plots import SECONDS, TABS, Plots, Tabs
 from mobius.view.live.studio import Window, Windows, bottom
 from mobius.view.replay import Play, Player, Seek, plotted
 
-STEPS = (("< 1 s", -1.0), ("< frame", -1.0 / 60.0), ("frame >", 1.0 / 60.0), ("1 s >", 1.0))
+STEPS = (("< 1 s", -60), ("< frame", -1), ("frame >", 1), ("1 s >", 60))
+"""Buttons, and by how many rows (60 Hz) they move: times are rounded, rows are not."""
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 CURVES: Tabs = (
     TABS[0],
@@ -72,16 +73,11 @@ def windows_of(player: Player) -> type[Windows]:
                 self.cockpit.ask(Seek(float(t)))  # type: ignore[arg-type]
             if imgui.Button("Pause" if player.playing else "Play"):
                 self._ask(not player.playing, player.speed)
-            for name, step in (
-                ("< 1 s", -1.0),
-                ("< frame", -1 / 60),
-                ("frame >", 1 / 60),
-                ("1 s >", 1.0),
-            ):
+            for name, rows in STEPS:
                 imgui.SameLine()
                 if imgui.Button(name):
                     self._ask(False, player.speed)
-                    self.cockpit.ask(Seek(player.t + step))  # type: ignore[arg-type]
+                    self.cockpit.ask(Seek(player.beside(rows)))  # type: ignore[arg-type]
             for k, speed in enumerate(SPEEDS):
                 if k:
                     imgui.SameLine()

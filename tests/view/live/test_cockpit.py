@@ -62,6 +62,9 @@ def test_digits_that_are_typed_into_a_field_are_no_commands():
     say(pulse, ["Digit2", "ArrowUp"])
     beat = cockpit.beat()
     assert not cockpit.requests and beat.share == (0.0, 0.0, 0.0)
+    say(pulse, ["Space"])  # but a stop is a stop
+    cockpit.beat()
+    assert [type(r) for r in cockpit.requests] == [Halt]
 
 
 def test_losing_the_focus_while_driving_stops_once():

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput
-from mobius.view.live.guard import COOKIE, Door, is_loopback, new_token
+from mobius.view.live.guard import Door, cookie_name, is_loopback, new_token
 from mobius.view.live.pulse import SILENT, Pulse
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -66,15 +66,50 @@ def test_beyond_the_loopback_every_request_must_carry_the_token():
     assert asked(door, f"/?token={TOKEN}", **host) is None
     for path in ("/model", "/ui?sid=1", "/state?sid=1", "/pulse?sid=1", "/drop"):
         assert asked(door, path, **host) == 401
-        assert asked(door, path, Cookie=f"{COOKIE}={TOKEN}", **host) is None
-        assert asked(door, path, Cookie=f"{COOKIE}=x; other=1", **host) == 401
-    assert asked(door, "/", Origin="http://evil.example", Cookie=f"{COOKIE}={TOKEN}", **host) == 403
+        assert asked(door, path, Cookie=f"{cookie_name(8080)}={TOKEN}", **host) is None
+        assert asked(door, path, Cookie=f"{cookie_name(8080)}=x; other=1", **host) == 401
+    assert (
+        asked(
+            door, "/", Origin="http://evil.example", Cookie=f"{cookie_name(8080)}={TOKEN}", **host
+        )
+        == 403
+    )
 
 
 @pytest.mark.parametrize("token", ["", "short"])
 def test_a_door_to_other_machines_without_a_good_token_is_not_opened(token):
     with pytest.raises(InvalidInput, match="at least 16"):
         Door("0.0.0.0", 8080, token)
+
+
+def test_odd_cookies_of_others_and_bytes_that_are_no_text_neither_let_in_nor_keep_out():
+    door = Door("0.0.0.0", 8080, TOKEN)
+    ours = f"{cookie_name(8080)}={TOKEN}"
+    for others in ('{"a": 1}; ', "x=[1,2]; y; ", f"{cookie_name(9000)}=another; "):
+        assert asked(door, Host="robot:8080", Cookie=others + ours) is None
+    assert asked(door, Host="robot:8080", Cookie=f"{cookie_name(9000)}={TOKEN}") == 401
+    assert asked(door, "/?token=\udce9\udcff", Host="robot:8080") == 401
+
+
+@pytest.mark.parametrize("token", ["sixteen letters; and a b", "line\r\nSet-Cookie: x=y-long"])
+def test_a_token_that_would_have_to_be_quoted_is_refused(token):
+    with pytest.raises(InvalidInput, match="--token"):
+        Door("0.0.0.0", 8080, token)
+
+
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "192.0.2.77", "", "x" * 300])
+def test_a_host_that_is_no_address_of_this_machine_is_not_taken_for_a_port_in_use(host):
+    with pytest.raises(InvalidInput, match="--host"):
+        Door(host, 8080, TOKEN).check()
+
+
+def test_the_address_to_open_is_one_on_which_the_page_listens():
+    assert Door().address(8080) == "localhost:8080"
+    assert Door("127.0.0.2").address(8080) == "127.0.0.2:8080"
+    assert Door("::1").address(8080) == "[::1]:8080"
+    assert Door("0.0.0.0", 8080, TOKEN).address(8080) == f"{socket.gethostname()}:8080"
+    assert asked(Door("127.0.0.2"), Host="127.0.0.2:8080") is None
+    Door("127.0.0.2").check()
 
 
 @pytest.mark.parametrize("port", [-1, 65536])
@@ -130,6 +165,17 @@ def test_a_page_that_hangs_up_is_gone_at_once_and_may_come_back():
     assert not pulse.there and not pulse.keys
     pulse.hear("a", said())
     assert pulse.there
+
+
+def test_a_page_that_comes_back_before_its_old_connection_ends_keeps_the_controls():
+    pulse = Pulse(Clock())
+    pulse.enter("a")
+    pulse.enter("a")
+    pulse.hear("a", said())
+    pulse.leave("a")
+    assert pulse.there
+    pulse.leave("a")
+    assert not pulse.there
 
 
 def test_keys_grow_old_before_the_page_does():
@@ -269,11 +315,12 @@ def test_the_page_is_served_with_our_script_and_the_model_without_an_open_door(s
 def test_over_the_wire_token_host_and_origin_are_asked_for(served):
     (loopback, _), (beyond, _) = served
     assert fetch(f"http://127.0.0.1:{beyond}/")[0] == 401
-    assert fetch(f"http://127.0.0.1:{beyond}/model", Cookie="mobius_token=no")[0] == 401
+    assert fetch(f"http://127.0.0.1:{beyond}/model", Cookie=f"{cookie_name(beyond)}=no")[0] == 401
     status, _, headers = fetch(f"http://127.0.0.1:{beyond}/?token={TOKEN}")
     assert status == 200 and "HttpOnly" in headers["Set-Cookie"]
     assert "SameSite=Strict" in headers["Set-Cookie"]
-    assert fetch(f"http://127.0.0.1:{beyond}/model", Cookie=f"{COOKIE}={TOKEN}")[0] == 200
+    carried = f"{cookie_name(beyond)}={TOKEN}"
+    assert fetch(f"http://127.0.0.1:{beyond}/model", Cookie=carried)[0] == 200
     assert fetch(f"http://127.0.0.1:{loopback}/", Host="evil.example")[0] == 403
     assert fetch(f"http://127.0.0.1:{loopback}/model", Origin="http://evil.example")[0] == 403
 

@@ -46,6 +46,8 @@ class Cockpit:
         self.scene: Scene | None = None
         self.way: Way | None = None
         self.snapshot: Snapshot | None = None
+        self.seen = 0
+        """Number of the last snapshot that came, were it of a scene that is over."""
         self.history = History()
         self.requests: deque[Request] = deque()
         self.driving = False
@@ -82,15 +84,15 @@ class Cockpit:
         there, keys = self._keys()
         self._watch_focus()
         pressed = self._pressed(keys)
-        if self.driving and not self.typing:
-            self._commands(pressed)
+        if self.driving:
+            self._commands(frozenset({"Space"}) & pressed if self.typing else pressed)
         pad = self._pad()
         share = twist_of(keys) if self.driving and not self.typing else (0.0, 0.0, 0.0)
         return Beat(
             page=there,
             driving=self.driving or pad is not None,
             share=share if pad is None else pad,
-            seen=0 if self.snapshot is None else self.snapshot.number,
+            seen=self.seen,
         )
 
     def _keys(self) -> tuple[bool, frozenset[str]]:

@@ -19,19 +19,22 @@ import hmac
 import ipaddress
 import secrets
 import socket
+import string
 import threading
 import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from http.cookies import CookieError, SimpleCookie
-from importlib.resources import files
 from typing import Any
 
 from mobius.errors import InvalidInput
+from mobius.view.live.answers import answer, page, pulse_js
 from mobius.view.live.pulse import Pulse
 
 COOKIE = "mobius_token"
+"""Name of the cookie, before the port: a browser sends cookies to all ports of a host."""
+TOKEN_LETTERS = frozenset(string.ascii_letters + string.digits + "-_.~")
+"""Those that neither an address nor a cookie has to quote."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,8 @@ class Door:
                 f"--host {self.host} lets other machines in: expected a token of at least 16"
                 " characters, or none on 127.0.0.1"
             )
+        if not set(self.token) <= TOKEN_LETTERS:
+            raise InvalidInput("--token: expected letters, digits, '-', '_', '.' and '~' alone")
         if not 0 <= self.port < 65536:
             raise InvalidInput(f"--port: expected 0 to 65535, got {self.port}")
 
@@ -73,31 +78,62 @@ class Door:
         far = _one(headers, "Sec-Fetch-Site") in ("cross-site", "same-site")
         if far and not (bare == "/" and _one(headers, "Sec-Fetch-Mode") == "navigate"):
             return 403, "refused: a request from elsewhere"
-        if self.token and not self._known(path, headers):
+        if self.token and not self._known(path, headers, port):
             return 401, "refused: open the address with its token, as it was printed"
         return None
 
     def address(self, port: int) -> str:
         """Host and port to type into a browser."""
-        host = "localhost" if is_loopback(self.host) else self.host
-        return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+        host = self.host
+        if host == "127.0.0.1":
+            host = "localhost"
+        elif host in ("0.0.0.0", "::"):  # all of this machine's addresses
+            host = socket.gethostname()
+        return f"{_bracketed(host)}:{port}"
+
+    def check(self) -> None:
+        """Whether this machine has the address.
+
+        Raises:
+            InvalidInput: It has not.
+        """
+        family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+        try:
+            if not self.host:  # to sockets it means all addresses
+                raise OSError("it is empty")
+            with socket.socket(family, socket.SOCK_STREAM) as probe:
+                probe.bind((self.host, 0))
+        except (OSError, UnicodeError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise InvalidInput(
+                f"--host {self.host}: expected an address of this machine, such as 127.0.0.1 or"
+                f" 0.0.0.0 ({why})"
+            ) from None
 
     def _ours(self, host: str, port: int) -> bool:
         """Whether a Host header names us; with a token any name may, for tunnels and DNS."""
-        names = ("localhost", "127.0.0.1", "[::1]")
+        names = ("localhost", "127.0.0.1", "[::1]", _bracketed(self.host))
         return bool(self.token) or host in {f"{name}:{port}" for name in names}
 
-    def _known(self, path: str, headers: Any) -> bool:
+    def _known(self, path: str, headers: Any, port: int) -> bool:
         query = urllib.parse.parse_qs(path.partition("?")[2])
         given = query.get("token", [])
         for line in headers.get_all("Cookie"):
-            try:
-                cookie = SimpleCookie(line)
-            except CookieError:
-                continue
-            if COOKIE in cookie:
-                given.append(cookie[COOKIE].value)
-        return any(hmac.compare_digest(v.encode(), self.token.encode()) for v in given)
+            for cookie in line.split(";"):  # what others set on this host may be odd
+                name, _, value = cookie.strip().partition("=")
+                if name == cookie_name(port):
+                    given.append(value)
+        token = self.token.encode()
+        return any(hmac.compare_digest(v.encode(errors="replace"), token) for v in given)
+
+
+def cookie_name(port: int) -> str:
+    """Of the page on a port, so that two pages of a machine do not take each other's."""
+    return f"{COOKIE}_{port}"
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
 
 
 def is_loopback(host: str) -> bool:
@@ -174,19 +210,19 @@ def _serving(serve: Any, door: Door, pulse: Pulse, opened: Opened) -> Any:
         def process_request(connection: Any, request: Any) -> Any:
             refusal = door.refuses("GET", request.path, request.headers, port)
             if refusal is not None:
-                return _answer(*refusal)
+                return answer(*refusal)
             path = request.path.partition("?")[0]
             if path == "/pulse":
                 return None
             if path == "/pulse.js":
-                return _answer(200, _pulse_js(), "text/javascript")
+                return answer(200, pulse_js(), "text/javascript")
             response = studio(connection, request)
             if (
                 path in ("/", "/index.html")
                 and response is not None
                 and response.status_code == 200
             ):
-                return _page(response, door)
+                return page(response, _cookie(door, port))
             return response
 
         def process_response(connection: Any, request: Any, response: Any) -> Any:
@@ -240,39 +276,9 @@ def _session(ws: Any) -> str:
     return query.get("sid", [""])[0]
 
 
-def _answer(status: int, text: str, kind: str = "text/plain") -> Any:
-    from websockets.datastructures import Headers
-    from websockets.http11 import Response
-
-    body = text.encode()
-    headers = Headers()
-    headers["Content-Type"] = f"{kind}; charset=utf-8"
-    headers["Content-Length"] = str(len(body))
-    headers["Cache-Control"] = "no-store"
-    headers["Cross-Origin-Resource-Policy"] = "same-origin"
-    reason = {200: "OK", 401: "Unauthorized", 403: "Forbidden"}[status]
-    return Response(status, reason, headers, body)
-
-
-def _page(response: Any, door: Door) -> Any:
-    """Studio's page with our script in it; it may stand in no frame of another page."""
-    body = response.body.replace(b"</head>", b'<script src="/pulse.js"></script></head>', 1)
-    headers = response.headers
-    for name, value in (
-        ("Content-Length", str(len(body))),
-        ("X-Frame-Options", "DENY"),
-        ("Referrer-Policy", "no-referrer"),
-    ):
-        if name in headers:
-            del headers[name]
-        headers[name] = value
-    if door.token:
-        headers["Set-Cookie"] = f"{COOKIE}={door.token}; HttpOnly; SameSite=Strict; Path=/"
-    return type(response)(response.status_code, response.reason_phrase, headers, body)
-
-
-def _pulse_js() -> str:
-    return files("mobius.view.live").joinpath("pulse.js").read_text(encoding="utf-8")
+def _cookie(door: Door, port: int) -> str:
+    """What carries the token from the first page on; empty where there is none."""
+    return f"{cookie_name(port)}={door.token}" if door.token else ""
 
 
 def _one(headers: Any, name: str) -> str | None:

@@ -25,8 +25,9 @@ class Pulse:
     """What the page that has the controls says of itself; other pages only watch."""
 
     clock: Callable[[], float] = time.monotonic
-    pages: dict[str, None] = field(default_factory=dict)
-    """Sessions that asked for the controls and are connected; the first has them."""
+    pages: dict[str, int] = field(default_factory=dict)
+    """Sessions that asked for the controls and how often they are connected (a page that comes back
+    may be there twice for a moment); the first has them."""
     heard: float = -1e9
     """When that page was last heard of [s]."""
     focus: bool = True
@@ -56,10 +57,14 @@ class Pulse:
 
     def enter(self, session: str) -> None:
         """A page asks for the controls."""
-        self.pages[session] = None
+        self.pages[session] = self.pages.get(session, 0) + 1
 
     def leave(self, session: str) -> None:
         """It is gone; whoever comes next starts with no key held."""
+        left = self.pages.get(session, 0) - 1
+        if left > 0:
+            self.pages[session] = left
+            return
         self.hang_up(session)
         self.pages.pop(session, None)
 

@@ -29,6 +29,7 @@ from mobius.view.live.plan_view import PlanView
 from mobius.view.live.plots import Plots
 from mobius.view.live.pulse import Pulse
 from mobius.view.live.visited import Visited
+from mobius.view.live.window import WINDOW_GFX, prepare_window
 
 PUMP_S = 1.0 / 60.0
 
@@ -207,7 +208,7 @@ def watch(
     app = _app()
     plugins = [app, windows(cockpit, app, shadows=shadows), Reins(cockpit, reset)]
     config = viewer_protocol.ViewerConfig(
-        title="mobius", width=1400, height=860, gfx="web" if viewer == "web" else "",
+        title="mobius", width=1400, height=860, gfx="web" if viewer == "web" else WINDOW_GFX,
         http_port=door.port,
     )  # fmt: skip
     with _launched(config, plugins, door, pulse, ready) as handle:
@@ -221,6 +222,7 @@ def _launched(
 ) -> Any:
     """Studio's handle, once its window or page is there."""
     if pulse is None:
+        prepare_window()
         return launch_native.launch(config, plugins=plugins)
     try:
         with guarded(door, pulse) as opened:
@@ -269,9 +271,12 @@ def _pump(
 def _take(handle: Any, cockpit: Cockpit, came: Any) -> None:
     if isinstance(came, Scene):
         _show_scene(handle, cockpit, came)
-    elif isinstance(came, Way):
+        return
+    if isinstance(came, Way):
         cockpit.way = came
-    elif cockpit.scene is not None and came.scene == cockpit.scene.number:
+        return
+    cockpit.seen = came.number
+    if cockpit.scene is not None and came.scene == cockpit.scene.number:  # else it is an old one
         cockpit.show(came)
         handle.data.qpos[:] = came.qpos
         if came.mocap is not None:
@@ -280,11 +285,16 @@ def _take(handle: Any, cockpit: Cockpit, came: Any) -> None:
                 came.mocap[:, 3:],
             )
         handle.data.time = came.t
-    # an older scene's snapshot is dropped
 
 
 def _show_scene(handle: Any, cockpit: Cockpit, scene: Scene) -> None:
-    same = cockpit.scene is not None and cockpit.scene.map == scene.map
+    same = cockpit.scene is not None and _looks(cockpit.scene) == _looks(scene)
     cockpit.scene, cockpit.snapshot = scene, None
     if not same:
         handle.set_model(scene.model)
+
+
+def _looks(scene: Scene) -> tuple[Any, ...]:
+    """What two scenes share that are drawn alike; files of one name may hold other maps."""
+    m, where = scene.model, (*scene.origin_M.tolist(), scene.resolution)
+    return scene.map, (m.nq, m.nbody, m.ngeom, m.nmocap), where, scene.picture.tobytes()
