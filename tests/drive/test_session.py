@@ -170,6 +170,16 @@ def test_reset_puts_the_robot_back_and_draws_it_anew(live):
     assert np.allclose(live.last.true_pose[:2], live.session.scene.start, atol=0.02)
 
 
+def test_reset_keeps_the_goal_and_the_policy_that_were_chosen(live):
+    live.run(0.1)
+    rough = live.session.scene.policies["crawl"]
+    live.ask(Place(goal=(2.8, 1.2)))
+    live.ask(UsePolicy("crawl", "zero"))
+    live.ask(Reset())
+    assert live.session.way.goal == (2.8, 1.2)
+    assert rough == "rough" and live.session.scene.policies["crawl"] == "zero"
+
+
 def test_a_policy_is_exchanged_while_the_robot_stands_on_it(live):
     live.run(0.5)
     live.ask(UsePolicy("crawl", "zero"))

@@ -63,7 +63,9 @@ class Session:
     @property
     def scene(self) -> Scene:
         """The world as it is now."""
-        return scene_of(self._stage, self.robot.model, self._numbers["scene"])
+        return scene_of(
+            self._stage, self.robot.model, self._numbers["scene"], policies=self.policies
+        )
 
     @property
     def scene_number(self) -> int:
@@ -214,16 +216,14 @@ class Session:
                 self._stage = build_stage(request.name)
                 self._begin()
             case nouns.Reset():
-                self._begin()
+                self._begin_again()
             case nouns.Place():
                 if request.goal is not None:
                     check_place(self._stage.world, request.goal, "goal")
                     self.guide.aim(request.goal)
                 if request.start is not None:
-                    self._stage, goal = put_at(self._stage, request.start), self.guide.goal
-                    self._begin()
-                    if goal is not None:
-                        self.guide.aim((float(goal[0]), float(goal[1])))
+                    self._stage = put_at(self._stage, request.start)
+                    self._begin_again()
             case nouns.MakePlan():
                 self.guide.ask(self._here(), body, request.modes)
                 self.message = "planning"
@@ -234,6 +234,13 @@ class Session:
                 self.guide.pause()
             case _:
                 raise InvalidInput(f"unknown request {type(request).__name__}")
+
+    def _begin_again(self) -> None:
+        """A fresh robot with the goal there was."""
+        goal = self.guide.goal
+        self._begin()
+        if goal is not None:
+            self.guide.aim((float(goal[0]), float(goal[1])))
 
     def _begin(self) -> None:
         """A fresh robot at the start; a log ends with the one that was there."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -110,15 +111,20 @@ def robot_on(
     stage: Stage, *, seed: int, randomised: bool, policies: dict[str, str]
 ) -> tuple[Stack, SimRobot]:
     """A fresh robot at the stage's start, with all its modes."""
-    rough = "rough" if stage.world.rough else "flat"
     start = Start(xy=stage.start, yaw=stage.yaw, seed=seed, randomised=randomised)
     return build_sim_stack(
         copy.deepcopy(stage.model),
         start,
-        policy={"crawl": rough, **policies},
+        policy=policies_on(stage, policies),
         ground=floor_of(stage.world),
         modes=MODES,
     )
+
+
+def policies_on(stage: Stage, chosen: Mapping[str, str]) -> dict[str, str]:
+    """What drives each body: what was chosen, else what fits the ground."""
+    crawl = "rough" if stage.world.rough else "flat"
+    return {"crawl": crawl, "biped": "flat", **chosen}
 
 
 def picture_of(world: World) -> NDArray[np.uint8]:
@@ -131,13 +137,14 @@ def picture_of(world: World) -> NDArray[np.uint8]:
     return np.ascontiguousarray(picture[::-1])
 
 
-def scene_of(stage: Stage, model: Any, number: int) -> Scene:
+def scene_of(stage: Stage, model: Any, number: int, *, policies: Mapping[str, str]) -> Scene:
     """What a viewer has to know of the stage.
 
     Args:
         stage: Which.
         model: As the robot on it varied it.
         number: Of the scene.
+        policies: That were chosen, by body.
     """
     world, goal = stage.world, stage.world.grid.goal
     return Scene(
@@ -151,4 +158,5 @@ def scene_of(stage: Stage, model: Any, number: int) -> Scene:
         start=stage.start,
         goal=None if goal is None else (float(goal[0]), float(goal[1])),
         modes=MODES,
+        policies=policies_on(stage, policies),
     )

@@ -231,7 +231,7 @@ from mobius.view.live.pulse import Pulse
 host, token = sys.argv[1:]
 with guarded(Door(host, 0, token), Pulse()) as opened:
     handle = launch_web.launch(viewer_protocol.ViewerConfig(gfx="web"))
-    assert opened.serving.wait(20)
+    assert opened.serving.wait(90)
 handle.set_model(mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>"))
 print("port", opened.port, flush=True)
 while handle.is_running():

@@ -170,6 +170,8 @@ class Scene:
     goal: tuple[float, float] | None
     modes: tuple[str, ...]
     """That can be asked for."""
+    policies: dict[str, str] = field(default_factory=dict)
+    """What drives each body."""
 
     def pixel(self, xy_M: Array) -> Array:
         """Points (..., 2) [m] of M as (column, row) of the picture, row 0 at the top."""

@@ -50,7 +50,7 @@ class DrivePanel:
     def __init__(self, cockpit: Cockpit) -> None:
         self._cockpit = cockpit
         self._limit, self._push, self._towards = 1.0, 0.3, 0
-        self._policy = {"crawl": 0, "biped": 0}
+        self._policy, self._scene = dict[str, str](), 0
 
     def keys(self) -> None:
         """Take the keyboard from Studio while Drive is on; call once a frame."""
@@ -169,13 +169,16 @@ class DrivePanel:
             imgui.Text(f"given up {keeping.dropped_s:.2f} s: this machine was too slow")
 
     def _policies(self) -> None:
-        for body in self._policy:
+        scene = self._cockpit.scene
+        if scene is not None and scene.number != self._scene:
+            self._scene, self._policy = scene.number, dict(scene.policies)
+        for body, now in self._policy.items():
             imgui.SetNextItemWidth(110.0)
-            changed, self._policy[body] = imgui.Combo(
-                f"policy of {body}", self._policy[body], list(POLICIES)
-            )
+            names = [*POLICIES] if now in POLICIES else [now, *POLICIES]
+            changed, k = imgui.Combo(f"policy of {body}", names.index(now), names)
             if changed:
-                self._cockpit.ask(UsePolicy(body, POLICIES[self._policy[body]]))
+                self._policy[body] = names[k]
+                self._cockpit.ask(UsePolicy(body, names[k]))
 
     def _key_card(self) -> None:
         imgui.SeparatorText("Keys (while Drive is on)")
