@@ -16,14 +16,18 @@ if TYPE_CHECKING:
 
 @dataclass
 class EvalGovernor:
-    """Random and adversarial references on the model, with and without a governor."""
+    """Random and adversarial references with and without a governor, on the model or the arms."""
 
+    arm: bool = False
+    """On both simulated arms in MuJoCo instead of the model."""
     seeds: int = 100
-    """Number of episodes of 10,000 steps of 1/300 s, >= 1."""
+    """Number of episodes, >= 1; 10,000 steps of 1/300 s each, with --arm 3,000."""
     seed: int = 0
     """The first seed; any whole number >= 0."""
+    margin: float | None = None
+    """With --arm: share of every limit that governors keep free, >= 0 and < 1; 0.3 if left out."""
     variant: tuple[str, ...] = ()
-    """none, algorithm_3, algorithm_3_repaired, exact; all if left out."""
+    """none, algorithm_3, algorithm_3_repaired (not with --arm), exact; all if left out."""
     workers: int = 0
     """Processes, >= 0; 0 takes one a CPU."""
     json: bool = False
@@ -36,28 +40,61 @@ class EvalGovernor:
         at_least("--seeds", self.seeds, 1)
         at_least("--seed", self.seed, 0)
         at_least("--workers", self.workers, 0)
+        if self.margin is not None and not (self.arm and 0 <= self.margin < 1):
+            raise InvalidInput(
+                f"--margin: expected --arm and a number >= 0 and < 1, got {self.margin:g}"
+            )
         from contextlib import nullcontext
 
-        from mobius.evaluate.governor import VARIANTS, as_text, governor
         from mobius.files import write_json_atomic
         from mobius.results import staged
 
-        for name in self.variant:
-            if name not in VARIANTS:
-                raise UnknownName("variant", name, VARIANTS)
         with nullcontext() if self.out is None else staged(self.out) as folder:
-            with Bar() as bar:
-                result = governor(
-                    seeds=self.seeds,
-                    seed=self.seed,
-                    variants=self.variant or VARIANTS,
-                    workers=self.workers,
-                    progress=lambda share: bar("governor", share),
-                )
+            result, text = self._on_arm() if self.arm else self._on_model()
             if folder is not None:
-                write_json_atomic(folder / "governor.json", result.as_json())
-        print(json.dumps(result.as_json(), allow_nan=False) if self.json else as_text(result))
+                write_json_atomic(folder / "governor.json", result)
+        print(json.dumps(result, allow_nan=False) if self.json else text)
         return 0
+
+    def _on_model(self) -> tuple[dict[str, Any], str]:
+        from mobius.evaluate.governor import VARIANTS, as_text, governor
+
+        variants = self._variants(VARIANTS)
+        with Bar() as bar:
+            result = governor(
+                seeds=self.seeds,
+                seed=self.seed,
+                variants=variants,
+                workers=self.workers,
+                progress=lambda share: bar("governor", share),
+            )
+        return result.as_json(), as_text(result)
+
+    def _on_arm(self) -> tuple[dict[str, Any], str]:
+        from mobius.evaluate.governed_arm import (
+            ARM_MARGIN,
+            ARM_VARIANTS,
+            arm_as_text,
+            governed_arm,
+        )
+
+        variants = self._variants(ARM_VARIANTS)
+        with Bar() as bar:
+            result = governed_arm(
+                seeds=self.seeds,
+                seed=self.seed,
+                margin=ARM_MARGIN if self.margin is None else self.margin,
+                variants=variants,
+                workers=self.workers,
+                progress=lambda share: bar("governor", share),
+            )
+        return result.as_json(), arm_as_text(result)
+
+    def _variants(self, known: tuple[str, ...]) -> tuple[str, ...]:
+        for name in self.variant:
+            if name not in known:
+                raise UnknownName("variant", name, known)
+        return self.variant or known
 
 
 @dataclass

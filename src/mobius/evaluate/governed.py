@@ -17,7 +17,18 @@ from numpy.typing import NDArray
 from mobius.control.governor import AdmissibleSet, Axis, axis_system
 from mobius.control.governor.nearest import Nearest
 
-__all__ = ["Choose", "Course", "Drawn", "draw", "exact", "nearest", "run", "smooth", "ungoverned"]
+__all__ = [
+    "Adversary",
+    "Choose",
+    "Course",
+    "Drawn",
+    "draw",
+    "exact",
+    "nearest",
+    "run",
+    "smooth",
+    "ungoverned",
+]
 
 Array = NDArray[np.float64]
 
@@ -128,7 +139,7 @@ def run(axis: Axis, drawn: Drawn, choose: Choose) -> Course:
     low, high = axis_system(axis, 0.0), axis_system(axis, 1.0)
     A, dA, B, E = low.A, high.A - low.A, low.B, low.E  # A is affine in the stiffness
     limits = np.array([axis.position_max, axis.velocity_max, axis.wrench_max])
-    adversary = _Adversary(axis) if drawn.adversarial.any() else None
+    adversary = Adversary(axis) if drawn.adversarial.any() else None
     ticks, count = drawn.d.shape
     x, v = np.zeros((count, 4)), np.zeros((count, 2))
     wish = drawn.r[0].copy()
@@ -153,7 +164,7 @@ def run(axis: Axis, drawn: Drawn, choose: Choose) -> Course:
     return Course(worst, broken, same / ticks, np.sqrt(off / ticks))
 
 
-class _Adversary:
+class Adversary:
     """The reference that, held, leads furthest out."""
 
     def __init__(self, axis: Axis) -> None:

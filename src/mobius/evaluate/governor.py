@@ -53,7 +53,7 @@ class Governing:
         return asdict(self)
 
 
-def _shape(axis: Axis) -> Axis:
+def shape_of(axis: Axis) -> Axis:
     """The axis without its name: equal ones share a set."""
     return Axis(**{**asdict(axis), "name": "any", "environment": tuple(axis.environment)})
 
@@ -72,7 +72,7 @@ def samples_of(axis: Axis, repaired: bool) -> SampledSet:
 
 def chooser(axis: Axis, variant: str) -> governed.Choose:
     """What a variant does on an axis."""
-    axis = _shape(axis)
+    axis = shape_of(axis)
     if variant == "none":
         return governed.ungoverned
     if variant == "exact":
@@ -144,7 +144,7 @@ def governor(
         safe_episodes=len(gentle),
         safe_unchanged=0.0 if none else float(gentle[:, 0].mean()),
         safe_tracking=0.0 if none else float(np.median(gentle[:, 1])),
-        rows={a.name: set_of(_shape(a)).sizes[0] for a in axes},
+        rows={a.name: set_of(shape_of(a)).sizes[0] for a in axes},
     )
 
 

@@ -152,11 +152,22 @@ class AdmissibleSet:
         )
 
 
-def fraction_of(room: Array, toward: Array) -> Array:
+def fraction_of(
+    room: Array, toward: Array, *, least: Array | None = None, work: Array | None = None
+) -> Array:
     """The share kappa from the room (..., r) of the rows and how much of it a whole step takes.
 
     ``min(1, min_i room_i / toward_i)`` over rows that the step approaches; 0 where room < 0.
+
+    Args:
+        room: (..., r).
+        toward: (..., r).
+        least: (...) the least room, where it is known.
+        work: (..., r) to be written over; a new array if left out.
     """
-    steepest = (toward / np.maximum(room, 1e-12)).max(axis=-1)
-    kappa = 1.0 / np.maximum(steepest, 1.0)
-    return np.where(room.min(axis=-1) < -EDGE, 0.0, kappa)
+    least = room.min(axis=-1) if least is None else least
+    work = np.maximum(room, 1e-12, out=work)
+    steepest = np.divide(toward, work, out=work).max(axis=-1)
+    kappa = np.asarray(1.0 / np.maximum(steepest, 1.0))
+    kappa[least < -EDGE] = 0.0
+    return kappa

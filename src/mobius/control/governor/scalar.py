@@ -25,19 +25,28 @@ class ScalarGovernor(SetGovernor):
     def __init__(self, sets: AdmissibleSet | Sequence[AdmissibleSet]) -> None:
         """Args: sets as in :class:`SetGovernor`."""
         super().__init__(sets)
-        both = np.concatenate([self._G_x, self._G_v], axis=2)
+        ones = np.ones((*self._G_x.shape[:2], 1))
+        both = np.concatenate([-self._G_x, -self._G_v, ones], axis=2)
         self._G_T = np.ascontiguousarray(both.transpose(0, 2, 1))
-        self._n = self._G_x.shape[2]
-        self._pair = np.zeros((len(both), 2, both.shape[2]))  # (x, v) and (0, r - v)
+        axes, n = len(both), self._G_x.shape[2]
+        self._pair = np.zeros((axes, 2, both.shape[2]))  # (x, v, 1) and (0, v - r, 0)
+        self._pair[:, 0, -1] = 1.0
+        self._at, self._back = self._pair[:, 0, :-1], self._pair[:, 1, n:-1]
+        self._out = np.empty((axes, 2, both.shape[1]))
+        self._room, self._toward = self._out[:, 0], self._out[:, 1]
+        self._work = np.empty((axes, both.shape[1]))
 
     def _decide(self, x: Array, r: Array) -> tuple[Array, Verdict]:
-        v, n, pair = self._v, self._n, self._pair
-        move = r - v
-        pair[:, 0, :n], pair[:, 0, n:], pair[:, 1, n:] = x, v, move
-        taken = pair @ self._G_T
-        room = 1.0 - taken[:, 0]
-        kappa = fraction_of(room, taken[:, 1])
-        outside = room.min(axis=1) < self._edge
+        v = self._v
+        np.concatenate([x, v], axis=1, out=self._at)
+        np.subtract(v, r, out=self._back)
+        np.matmul(self._pair, self._G_T, out=self._out)
+        least = self._room.min(axis=1)
+        kappa = fraction_of(self._room, self._toward, least=least, work=self._work)
+        verdict = Verdict(kappa, least < self._edge, False)
         # the wish itself, not v + (r - v), where all of the way is admissible
-        given = np.where(kappa[:, None] >= 1.0, r, v + kappa[:, None] * move)
-        return given, Verdict(kappa, outside, False)
+        given = r.copy()
+        if kappa.min() < 1.0:
+            share = kappa[:, None]
+            np.copyto(given, v - share * self._back, where=share < 1.0)
+        return given, verdict
