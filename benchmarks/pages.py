@@ -25,7 +25,7 @@ from mobius.drive.run import drive
 from mobius.files import write_json_atomic
 from mobius.mission import run as run_mission
 from mobius.view.live.guard import Door
-from mobius.view.live.nouns import Freeze, Go
+from mobius.view.live.nouns import Freeze, Go, Release
 from mobius.view.replay import show
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +35,9 @@ ARGS = (
     "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-CATCH_UP_S = 40.0
+SMALL, LARGE = (480, 320), (1200, 760)
+"""Of the page while the robot moves, where frames are dear, and of the pictures [pixels]."""
+CATCH_UP_S = 20.0
 """The page may be so far behind [s]."""
 SHOT_MS = 180_000
 """A picture may wait so long for a frame [ms]."""
@@ -83,6 +85,14 @@ def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None
         return
 
 
+def shoot(page: Any, state: dict[str, Any], picture: str) -> None:
+    """Stop the time, make the small page large, and take its picture once it has caught up."""
+    state["cockpit"].ask(Freeze(True))
+    page.set_viewport_size({"width": LARGE[0], "height": LARGE[1]})
+    time.sleep(CATCH_UP_S)
+    page.screenshot(path=IMAGES / picture, timeout=SHOT_MS)
+
+
 def pictures() -> None:
     """The drive page while it follows a plan, its plots, and a replay."""
 
@@ -93,34 +103,37 @@ def pictures() -> None:
             while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
                 time.sleep(0.1)
             first = cockpit.snapshot.true_pose[0]
-            cockpit.ask(Go(("crawl",)))
             while cockpit.snapshot.true_pose[0] < first + 3.0:
-                time.sleep(0.02)
-            cockpit.ask(Freeze(True))  # the page is seconds behind
-            time.sleep(CATCH_UP_S)
-            page.screenshot(path=IMAGES / picture, timeout=SHOT_MS)
+                if cockpit.snapshot.stopped:  # a page that hangs for long is gone
+                    cockpit.ask(Release())
+                elif not cockpit.snapshot.following:
+                    cockpit.ask(Go(("crawl",)))
+                time.sleep(0.02 if cockpit.snapshot.following else 1.0)
+            shoot(page, state, picture)
 
         return act
 
     def replaying(page: Any, state: dict[str, Any]) -> None:
-        while state["cockpit"].snapshot.t < 12.0:
+        while state["cockpit"].snapshot.t < 8.0:
             time.sleep(0.02)
-        state["cockpit"].ask(Freeze(True))
-        time.sleep(CATCH_UP_S)
-        page.screenshot(path=IMAGES / "replay.png", timeout=SHOT_MS)
+        shoot(page, state, "replay.png")
 
-    size = (1400, 860)
-    for picture, tab in (("drive.png", "twist"), ("plots.png", "power and forces")):
-        visit(
-            lambda **k: drive("demo", door=Door(port=0), seconds=300.0, **k),
-            driving(picture, tab),
-            size=size,
-        )
+    size = SMALL
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "demo"
         run_mission("demo", out, video=False)
         recorded = open_run(out)
-        visit(lambda **k: show(recorded, port=0, seconds=300.0, **k), replaying, size=size)
+        visit(
+            lambda **k: show(recorded, port=0, seconds=300.0, shadows=False, **k),
+            replaying,
+            size=size,
+        )
+    for picture, tab in (("plots.png", "power and forces"), ("drive.png", "twist")):
+        visit(
+            lambda **k: drive("demo", door=Door(port=0), seconds=300.0, shadows=False, **k),
+            driving(picture, tab),
+            size=size,
+        )
 
 
 def keeping(seconds: float) -> dict[str, Any]:
