@@ -27,6 +27,8 @@ from mobius.view.live.nouns import Beat, Keeping, Request, Scene, Snapshot, Way
 
 UNSEEN = 8
 """Snapshots that may be under way."""
+LOOK_EVERY = 6
+"""Snapshots between two looks at how time is kept."""
 FROZEN_S = 0.02
 """Between two looks at the requests while time stands still [s]."""
 
@@ -146,6 +148,7 @@ class LoopEnd:
         self._under_way: deque[int] = deque()
         self._scene = self._way = 0
         self._sample: Sample | None = None
+        self._looks, self._kept = 0, Keeping()
         self._tell_changes()
 
     def run(self) -> None:
@@ -209,6 +212,14 @@ class LoopEnd:
             self._line.send(way)
 
     def _keeping(self) -> Keeping:
+        """How time is kept, looked at ten times a second: a percentile is dear."""
+        self._looks += 1
+        if self._looks % LOOK_EVERY != 1:
+            return self._kept
+        self._kept = self._look()
+        return self._kept
+
+    def _look(self) -> Keeping:
         timing = self._pace.timing()
         return Keeping(
             factor=timing.recent_factor,

@@ -83,7 +83,8 @@ class Session:
         said, plans = self.guide.look(), self.guide.way.number
         self.message = said or self.message
         try:
-            self.log.take(sample, self.robot.truth())
+            if self.log.name:
+                self.log.take(sample, self.robot.truth())
             if plans != self._logged and self.guide.plan is not None:
                 self.log.plan(self.guide.plan)
         except MobiusError as error:  # as where the disk is full: the robot goes on
