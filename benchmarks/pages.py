@@ -64,7 +64,7 @@ def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None
                 browser = play.chromium.launch(executable_path=found, args=list(ARGS))
                 page = browser.new_page(viewport={"width": size[0], "height": size[1]})
                 page.goto(address)
-                while not state.get("cockpit") or not state["cockpit"].places:
+                while not (state.get("cockpit") and state["cockpit"].pulse.there):
                     time.sleep(0.1)
                 act(page, state)
                 browser.close()

@@ -244,19 +244,20 @@ while handle.is_running():
 def served():
     """The page of a plain model behind each door, a process each: [(port, pid)]."""
     processes, found = [], []
-    for host, token in (("127.0.0.1", ""), ("0.0.0.0", TOKEN)):
-        command = [sys.executable, "-c", SERVE, host, token]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        processes.append(process)
-        port = next(int(line.split()[1]) for line in process.stdout if line.startswith("port"))
-        threading.Thread(target=process.stdout.read, daemon=True).start()
-        found.append((port, process.pid))
-    yield found
-    alive = [process.poll() is None for process in processes]
-    for process in processes:
-        process.kill()
-        process.wait()
-    assert all(alive)
+    try:
+        for host, token in (("127.0.0.1", ""), ("0.0.0.0", TOKEN)):
+            command = [sys.executable, "-c", SERVE, host, token]
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+            processes.append(process)
+            port = next(int(line.split()[1]) for line in process.stdout if line.startswith("port"))
+            threading.Thread(target=process.stdout.read, daemon=True).start()
+            found.append((port, process.pid))
+        yield found
+        assert all(process.poll() is None for process in processes)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
 
 
 def fetch(url, **headers):
