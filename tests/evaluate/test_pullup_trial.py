@@ -69,6 +69,8 @@ def test_grasps_weaker_than_the_load_are_impossible():
         ({"head_m": -0.01}, "from the bar's height"),
         ({"return_error_m": (0.001,)}, "not pushed"),
         ({"return_error_m": (0.001, 0.02)}, "off 3 s after a push"),
+        (dict(ended="abort"), "not lowered"),
+        (dict(touched=("bar - left_foot",)), "touched: bar"),
     ],
 )
 def test_a_fault_is_named(change, why):

@@ -95,6 +95,10 @@ class PullUpTruth:
         bad = [e for e in self.return_error_m if not e <= BACK_M]
         if bad:
             return f"{100 * max(bad):.1f} cm off 3 s after a push"
+        if self.ended != Phase.DONE:
+            return f"ended in phase '{self.ended}', not lowered"
+        if self.touched:
+            return f"touched: {self.touched[0]}"
         return ""
 
     def as_json(self) -> dict[str, Any]:
