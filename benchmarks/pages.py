@@ -13,10 +13,13 @@ import argparse
 import json
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -28,17 +31,19 @@ from mobius.view.live.guard import Door
 from mobius.view.live.nouns import Freeze, Go, Release
 from mobius.view.replay import show
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).resolve().parents[1]
 IMAGES, RESULTS = ROOT / "docs" / "images", ROOT / "benchmarks" / "results" / "pages.json"
 ARGS = (
     "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-SMALL, LARGE = (480, 320), (1200, 760)
-"""Of the page while the robot moves, where frames are dear, and of the pictures [pixels]."""
-CATCH_UP_S = 20.0
+SIZE = (1200, 760)
+"""Of the pictures [pixels]."""
+CATCH_UP_S = 45.0
 """The page may be so far behind [s]."""
+TABS_OF = {"drive.png": "twist", "plots.png": "power and forces"}
+"""Tab of the plots that a picture of driving shows."""
 SHOT_MS = 180_000
 """A picture may wait so long for a frame [ms]."""
 Act = Callable[[Any, dict[str, Any]], None]
@@ -86,54 +91,64 @@ def visit(start: Callable[..., Any], act: Act, *, size: tuple[int, int]) -> None
 
 
 def shoot(page: Any, state: dict[str, Any], picture: str) -> None:
-    """Stop the time, make the small page large, and take its picture once it has caught up."""
+    """Stop the time, and take the page's picture once it has caught up."""
     state["cockpit"].ask(Freeze(True))
-    page.set_viewport_size({"width": LARGE[0], "height": LARGE[1]})
     time.sleep(CATCH_UP_S)
     page.screenshot(path=IMAGES / picture, timeout=SHOT_MS)
 
 
-def pictures() -> None:
-    """The drive page while it follows a plan, its plots, and a replay."""
+def driving(picture: str, tab: str) -> Act:
+    """Follow a plan for three metres with a tab of the plots open, and take the picture."""
 
-    def driving(picture: str, tab: str) -> Act:
-        def act(page: Any, state: dict[str, Any]) -> None:
-            cockpit = state["cockpit"]
-            cockpit.tab = tab
-            while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
-                time.sleep(0.1)
-            first = cockpit.snapshot.true_pose[0]
-            while cockpit.snapshot.true_pose[0] < first + 3.0:
-                if cockpit.snapshot.stopped:  # a page that hangs for long is gone
-                    cockpit.ask(Release())
-                elif not cockpit.snapshot.following:
-                    cockpit.ask(Go(("crawl",)))
-                time.sleep(0.02 if cockpit.snapshot.following else 1.0)
-            shoot(page, state, picture)
+    def act(page: Any, state: dict[str, Any]) -> None:
+        cockpit = state["cockpit"]
+        cockpit.tab = tab
+        while cockpit.snapshot is None or cockpit.snapshot.t < 2.0:
+            time.sleep(0.1)
+        first = cockpit.snapshot.true_pose[0]
+        while cockpit.snapshot.true_pose[0] < first + 3.0:
+            if cockpit.snapshot.stopped:  # a page that hangs for long is gone
+                cockpit.ask(Release())
+            elif not cockpit.snapshot.following:
+                cockpit.ask(Go(("crawl",)))
+            time.sleep(0.02 if cockpit.snapshot.following else 1.0)
+        shoot(page, state, picture)
 
-        return act
+    return act
 
-    def replaying(page: Any, state: dict[str, Any]) -> None:
-        while state["cockpit"].snapshot.t < 8.0:
-            time.sleep(0.02)
-        shoot(page, state, "replay.png")
 
-    size = SMALL
+def replaying(page: Any, state: dict[str, Any]) -> None:
+    """Eight seconds of a run, and the picture."""
+    while state["cockpit"].snapshot is None or state["cockpit"].snapshot.t < 8.0:
+        time.sleep(0.02)
+    shoot(page, state, "replay.png")
+
+
+def picture(name: str) -> None:
+    """Make one: ``drive.png``, ``plots.png`` or ``replay.png``."""
+    if name != "replay.png":
+        act = driving(name, TABS_OF[name])
+        visit(
+            lambda **k: drive("demo", door=Door(port=0), seconds=300.0, shadows=False, **k),
+            act,
+            size=SIZE,
+        )
+        return
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "demo"
-        run_mission("demo", out, video=False)
-        recorded = open_run(out)
+        with chdir(folder):  # the page shows the path
+            run_mission("demo", Path("runs/demo"), video=False)
+            recorded = open_run("runs/demo")
         visit(
             lambda **k: show(recorded, port=0, seconds=300.0, shadows=False, **k),
             replaying,
-            size=size,
+            size=SIZE,
         )
-    for picture, tab in (("plots.png", "power and forces"), ("drive.png", "twist")):
-        visit(
-            lambda **k: drive("demo", door=Door(port=0), seconds=300.0, shadows=False, **k),
-            driving(picture, tab),
-            size=size,
-        )
+
+
+def pictures() -> None:
+    """All, a process each: Studio has one page a process."""
+    for name in (*TABS_OF, "replay.png"):
+        subprocess.run([sys.executable, __file__, "--picture", name], check=True)
 
 
 def keeping(seconds: float) -> dict[str, Any]:
@@ -178,11 +193,14 @@ def main() -> None:
     """Make the pictures, or measure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--picture", choices=[*TABS_OF, "replay.png"])
     parser.add_argument("--time", action="store_true")
     parser.add_argument("--seconds", type=float, default=60.0)
     options = parser.parse_args()
     if options.pictures:
         pictures()
+    if options.picture:
+        picture(options.picture)
     if options.time:
         result = keeping(options.seconds)
         print(json.dumps(result, indent=2))

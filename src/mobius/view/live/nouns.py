@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LIMBS_SHOWN = ("left arm", "right arm", "left leg", "right leg")
-"""Names of the limbs in plots, in the order of :data:`mobius.types.LIMBS`."""
+LIMBS_SHOWN = ("arm L", "arm R", "leg L", "leg R")
+"""Short names of the limbs, that fit a legend, in the order of :data:`mobius.types.LIMBS`."""
 MODE_KEYS = (("1", "crawl"), ("2", "biped"), ("3", "roll"), ("4", "push_ups"))
 """Digit and the mode it asks for."""
 
