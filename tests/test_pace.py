@@ -1,8 +1,9 @@
 """Real time: when ticks are turned, which deadlines are missed, and what is given up."""
 
+import numpy as np
 import pytest
 
-from mobius.pace import CATCH_UP, PERIOD, REMEMBERED, Pace
+from mobius.pace import CATCH_UP, PERIOD, REMEMBERED, Pace, _Spread
 from mobius.robot import TICK
 
 
@@ -145,3 +146,13 @@ def test_samples_come_through():
     pace, work, _ = paced()
     work.turn = lambda source: source  # what the stack gives is given on
     assert pace.turn("sample") == "sample"
+
+
+def test_the_percentile_is_numpys_over_the_newest_numbers():
+    numbers = np.random.default_rng(3).exponential(1e-3, 500).round(4)  # with ties
+    spread = _Spread(200)
+    assert spread.percentile(99) == 0.0
+    for k, number in enumerate(numbers):
+        spread.take(float(number))
+        seen = numbers[max(0, k - 199) : k + 1]
+        assert spread.percentile(99) == pytest.approx(np.percentile(seen, 99), abs=1e-15)

@@ -39,10 +39,10 @@ from __future__ import annotations
 
 import os
 import time
+from bisect import bisect_left, insort
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
 
 from mobius.robot import TICK
 from mobius.stack import READ_EVERY, Sample, Source, Stack
@@ -83,6 +83,32 @@ class Timing:
     """What was given up for good."""
 
 
+class _Spread:
+    """Percentiles of the last n numbers, kept in order: sorting 3000 of them whenever a panel
+    asks takes a round that also acts past its deadline.
+    """
+
+    def __init__(self, n: int) -> None:
+        self._newest: deque[float] = deque(maxlen=n)
+        self._sorted: list[float] = []
+
+    def take(self, value: float) -> None:
+        """One more number; the oldest is forgotten."""
+        if len(self._newest) == self._newest.maxlen:
+            del self._sorted[bisect_left(self._sorted, self._newest[0])]
+        self._newest.append(value)
+        insort(self._sorted, value)
+
+    def percentile(self, p: float) -> float:
+        """As numpy's, between the two nearest numbers; 0 before the first."""
+        if not self._sorted:
+            return 0.0
+        rank = p / 100 * (len(self._sorted) - 1)
+        low = self._sorted[int(rank)]
+        high = self._sorted[min(int(rank) + 1, len(self._sorted) - 1)]
+        return low + (rank - int(rank)) * (high - low)
+
+
 class Pace:
     """Turns a stack in real time."""
 
@@ -110,7 +136,7 @@ class Pace:
         self._wall, self._ticks = 0.0, 0  # of the stretches before
         self._rounds = self._misses = 0
         self._dropped = self._due = 0.0
-        self._done, self._late = np.zeros(REMEMBERED), np.zeros(REMEMBERED)
+        self._done, self._late = [0.0] * REMEMBERED, _Spread(REMEMBERED)
 
     def turn(self, source: Source) -> Sample | None:
         """Wait until the next tick is due, then turn it; a :class:`Sample` at 60 Hz."""
@@ -161,7 +187,7 @@ class Pace:
             rounds=self._rounds,
             misses=self._misses,
             miss_share=self._misses / max(self._rounds, 1),
-            late_p99=float(np.percentile(self._late[:known], 99)) if known else 0.0,
+            late_p99=self._late.percentile(99),
             lag=lag,
             dropped=self._dropped,
         )
@@ -190,8 +216,9 @@ class Pace:
 
     def _round_is_done(self) -> None:
         now = self._clock()
-        late, at = now - self._due, self._rounds % REMEMBERED
-        self._late[at], self._done[at] = late, self._wall + now - self._started
+        late = now - self._due
+        self._done[self._rounds % REMEMBERED] = self._wall + now - self._started
+        self._late.take(late)
         self._rounds += 1
         self._misses += late > PERIOD
 
@@ -200,7 +227,7 @@ class Pace:
             return 1.0
         newest = (self._rounds - 1) % REMEMBERED
         oldest = 0 if self._rounds <= REMEMBERED else self._rounds % REMEMBERED
-        took = float(self._done[newest] - self._done[oldest])
+        took = self._done[newest] - self._done[oldest]
         return (known - 1) * PERIOD / took if took > 0.0 else 1.0
 
 

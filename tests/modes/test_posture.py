@@ -5,7 +5,7 @@ import pytest
 
 from mobius.assemble import Start, build_sim_stack, flat_model
 from mobius.model.robot import keyframe_joints
-from mobius.modes import FallDetector, Posture, posture_of
+from mobius.modes import FallDetector, Posture, posture, posture_of
 from mobius.types import Mode, ModeCommand
 
 CRAWL = keyframe_joints("crawl")[0]
@@ -55,6 +55,21 @@ def test_limbs_that_give_way_are_a_fall(belief_of):
     legs[12:20] = PRONE[12:20]
     said = [detector.fallen(Mode.BIPED, belief_of(k / 60, pose="stand"), legs) for k in range(30)]
     assert "no limb carries the trunk" in said[-1]
+
+
+def test_a_look_at_a_standing_robot_costs_the_kinematics_of_one_limb(belief_of, monkeypatch):
+    asked = []
+    deep = posture.depth
+    monkeypatch.setattr(
+        posture, "depth", lambda limb, q, up: asked.append(limb) or deep(limb, q, up)
+    )
+    detector = FallDetector()
+    legs = CRAWL.copy()
+    legs[:12] = PRONE[:12]  # the arms hang high: the legs carry it
+    for k in range(60):
+        assert not detector.fallen(Mode.CRAWL, belief_of(k / 60), legs)
+    assert asked[:3] == ["left_arm", "right_arm", "left_leg"]
+    assert asked[3:] == ["left_leg"] * 9
 
 
 def test_other_modes_do_not_fall(belief_of):

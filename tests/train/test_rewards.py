@@ -27,6 +27,7 @@ def signals(**change) -> Signals:
         action_1=np.zeros((n, k)),
         action_2=np.zeros((n, k)),
         contact=np.ones((n, f)),
+        touching=np.ones((n, f)),
         touchdown=np.zeros((n, f)),
         air_time=np.zeros((n, f)),
         contact_time=np.ones((n, f)),
@@ -100,7 +101,7 @@ def second(name: str, **change) -> float:
         ("gait", dict(contact_wanted=[-1, 1, 1, -1]), 0.0),  # two right, two wrong
         ("gait", dict(contact_wanted=[-1, 1, 1, -1], contact=[0, 1, 1, 0]), 1.0),
         ("gait", dict(contact_wanted=[0, 1, 1, 0], contact=[0, 1, 1, 1]), 1.0),  # 0: either
-        ("scuff", dict(swing=[0.7, 0, 0.2, 0.4], contact=[1, 1, 0, 1]), 1.1),
+        ("scuff", dict(swing=[0.7, 0, 0.2, 0.4], touching=[1, 1, 0, 1]), 1.1),
         ("swing_height", dict(swing=[1, 0, 0, 0]), 0.25),  # one of four misses by all of it
         ("swing_height", dict(swing=[1, 0, 0, 0], foot_height=[0.045, 0, 0, 0]), 0.0),
     ],

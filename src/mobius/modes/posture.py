@@ -52,11 +52,14 @@ def depths(q: Array, up_B: Array) -> Array:
         q: (22,) joint angles [rad].
         up_B: (3,) up in the trunk frame.
     """
-    ends = []
-    for limb in LIMBS:
-        g, joints = limb_geometry(limb), q[LIMB_JOINTS[limb]]
-        ends.append(gripper_pose(g, joints)[0] if g.is_arm else sole_position(g, joints))
-    return -np.nan_to_num(np.array(ends)) @ up_B
+    return np.array([depth(limb, q, up_B) for limb in LIMBS])
+
+
+def depth(limb: str, q: Array, up_B: Array) -> float:
+    """How far the end of one limb is below the trunk's centre [m]; as :func:`depths`."""
+    g, joints = limb_geometry(limb), q[LIMB_JOINTS[limb]]
+    end = gripper_pose(g, joints)[0] if g.is_arm else sole_position(g, joints)
+    return float(-np.nan_to_num(end) @ up_B)
 
 
 def posture_of(belief: StateEstimate, q: Array) -> Posture:
@@ -106,6 +109,7 @@ class FallDetector:
         """Forget what has been seen, as on a change of mode."""
         self._tipped_since, self._sunk_since = np.inf, np.inf
         self._look_at = -np.inf
+        self._limbs = list(LIMBS)
 
     def fallen(self, mode: Mode, belief: StateEstimate, q: Array) -> str:
         """Why it has fallen, or ``""``; call at 60 Hz.
@@ -121,7 +125,7 @@ class FallDetector:
         tipped = float(up[_AXIS[mode]]) < TIPPED
         self._tipped_since = min(self._tipped_since, now) if tipped else np.inf
         if now >= self._look_at:
-            sunk = float(depths(q, up).max()) < SUNK[mode]
+            sunk = not self._carried(q, up, SUNK[mode])
             self._sunk_since = min(self._sunk_since, now) if sunk else np.inf
             self._look_at = now + LOOK_S - 1e-9
         if now - self._tipped_since >= TIPPED_S:
@@ -129,3 +133,14 @@ class FallDetector:
         if now - self._sunk_since >= SUNK_S:
             return f"fall: no limb carries the trunk at {SUNK[mode]:g} m"
         return ""
+
+    def _carried(self, q: Array, up: Array, reach: float) -> bool:
+        """Whether any limb reaches ``reach`` [m] below the trunk's centre; the one that did last
+        is asked first, so most looks cost one limb.
+        """
+        for limb in self._limbs:
+            if depth(limb, q, up) >= reach:
+                self._limbs.remove(limb)
+                self._limbs.insert(0, limb)
+                return True
+        return False
