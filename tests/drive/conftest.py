@@ -48,7 +48,7 @@ class Live:
                 if beat is not None:
                     self.session.take(beat, self.now)
                 self.session.watch(self.now)
-                self.last = self.session.see(sample, Keeping())
+                self.last = self.session.see(sample, self.session.look(), Keeping())
         return self.last
 
 

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from mobius.drive.guide import Planner
-from mobius.drive.session import Session
+from mobius.drive.session import Looked, Session
 from mobius.errors import MobiusError
 from mobius.headless import import_mujoco
 from mobius.pace import Pace, hurry
@@ -147,7 +147,8 @@ class LoopEnd:
         self._pace = Pace(session.stack)
         self._under_way: deque[int] = deque()
         self._scene = self._way = 0
-        self._sample: Sample | None = None
+        self._seen: tuple[Sample, Looked] | None = None
+        self._untold = False  # what was seen has not been sent yet
         self._looks, self._kept = 0, Keeping()
         self._tell_changes()
 
@@ -160,20 +161,23 @@ class LoopEnd:
             self._session.log.end()
 
     def turn(self) -> None:
-        """One tick; at 60 Hz requests are taken and a snapshot is sent."""
+        """One tick; at 60 Hz requests are taken and a snapshot is sent, after the round that
+        acted is done: the robot first, then the viewer.
+        """
         session = self._session
-        if session.frozen and self._sample is not None:
+        if session.frozen and self._seen is not None and not self._untold:
             self._pace.pause()
             time.sleep(FROZEN_S)
             if self._hear_all():
-                self._tell(session.show(self._sample, self._keeping()))
+                self._tell(session.show(*self._seen, self._keeping()))
             return
         sample = self._pace.turn(session.source(self._clock))
-        if sample is None:
-            return
-        self._sample = sample
-        if self._hear_all():
-            self._tell(session.see(sample, self._keeping()))
+        if sample is not None:
+            self._seen, self._untold = (sample, session.look()), True
+        elif self._untold:
+            self._untold = False
+            if self._hear_all() and self._seen is not None:
+                self._tell(session.see(*self._seen, self._keeping()))
 
     def _hear_all(self) -> bool:
         """Take the requests; False where they began anew: there is no sample of that yet."""
@@ -181,7 +185,7 @@ class LoopEnd:
         anew = self._session.stack is not self._pace.stack
         if anew:
             self._pace.restart(self._session.stack)
-            self._sample = None
+            self._seen, self._untold = None, False
         self._tell_changes()
         return not anew
 

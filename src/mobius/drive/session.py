@@ -9,9 +9,10 @@ dead man's switch can be tested in simulated time.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobius.control.bodies import BODIES
 from mobius.control.peers import controller_of
@@ -29,6 +30,16 @@ from mobius.view.live.nouns import Keeping, Scene, Snapshot, Way
 
 MOVING = (nouns.WantMode, nouns.Go, nouns.Release, nouns.UsePolicy)
 """Requests that can make the robot move: who asks one must be there, and stay."""
+
+
+class Looked(NamedTuple):
+    """What the true robot was like right after a sample, for :meth:`Session.see` to tell later."""
+
+    truth: StateEstimate
+    qpos: NDArray[np.float64]
+    """(nq,) of the simulator."""
+    contact: NDArray[np.float64]
+    """(4,) size of the contact force at each limb's end [N]."""
 
 
 class Session:
@@ -77,32 +88,37 @@ class Session:
         """The plan to draw."""
         return self.guide.way
 
-    def see(self, sample: Sample, keeping: Keeping) -> Snapshot:
-        """A snapshot of a sample; also logs it."""
+    def look(self) -> Looked:
+        """What the robot is like now."""
+        robot = self.robot
+        return Looked(robot.truth(), np.array(robot.data.qpos), robot.contact_force())
+
+    def see(self, sample: Sample, looked: Looked, keeping: Keeping) -> Snapshot:
+        """A snapshot of a sample and what the robot was like then; also logs it."""
         self._belief = sample.belief
         said, plans = self.guide.look(), self.guide.way.number
         self.message = said or self.message
         try:
             if self.log.name:
-                self.log.take(sample, self.robot.truth())
+                self.log.take(sample, looked.truth)
             if plans != self._logged and self.guide.plan is not None:
                 self.log.plan(self.guide.plan)
         except MobiusError as error:  # as where the disk is full: the robot goes on
             self.log.drop()
             self.message = str(error)
         self._logged = plans
-        return self.show(sample, keeping)
+        return self.show(sample, looked, keeping)
 
-    def show(self, sample: Sample, keeping: Keeping) -> Snapshot:
+    def show(self, sample: Sample, looked: Looked, keeping: Keeping) -> Snapshot:
         """A snapshot of a sample, with what has been asked since."""
-        truth, machine = self.robot.truth(), self.stack.machine
+        truth, machine = looked.truth, self.stack.machine
         body = body_in(machine.mode)
         self._numbers["snapshot"] += 1
         return Snapshot(
             number=self._numbers["snapshot"],
             scene=self._numbers["scene"],
             t=truth.stamp,
-            qpos=np.array(self.robot.data.qpos),
+            qpos=looked.qpos,
             mode=machine.mode.value,
             wanted=self._wanted.value,
             stopped=machine.stopped,
@@ -114,7 +130,7 @@ class Session:
             true_pose=pose_of(body, truth),
             believed_pose=pose_of(body, sample.belief),
             power=sample.power,
-            contact=self.robot.contact_force(),
+            contact=looked.contact,
             wrench=np.array(sample.frame.wrench_S),
             keeping=keeping,
             plan=self.guide.way.number,

@@ -29,6 +29,8 @@ from mobius.world import World
 
 PRIMARY = ("crawl", "biped", "roll", "push_ups")
 """Modes that may be asked for."""
+TRUTH_EVERY = 20
+"""Ticks between two true poses (/mobius/ground_truth, 30 Hz)."""
 STATUS_EVERY = 300
 """Ticks between two words on how it goes (2 Hz)."""
 HERE = Pose(p=np.zeros(3), q=np.array([1.0, 0.0, 0.0, 0.0]))
@@ -141,20 +143,28 @@ def serve(
     stack, remote = served.stack, served.remote
     until = np.inf if seconds is None else stack.tick + round(seconds / TICK)
     belief: StateEstimate | None = None
+    sample: Sample | None = None
+    truth: StateEstimate | None = None
     with _calm():
         while stack.tick < until:
             remote.attend(belief)
             node.check()
-            sample = pace.turn(remote.command)
+            turned = pace.turn(remote.command)
+            if turned is not None:  # said in the next tick, when the round that acted is done
+                sample, belief = turned, turned.belief
+                truth = served.robot.truth() if turned.tick % TRUTH_EVERY == 0 else None
+                continue
             if sample is None:
                 continue
-            belief, picture = sample.belief, None
+            picture = None
             if pictures is not None:
                 picture = pictures(served.robot, sample.tick * TICK)
             timing = pace.timing() if sample.tick % STATUS_EVERY == 0 else None
-            said.sample(sample, picture, None if timing is None else _status(served, timing))
+            status = None if timing is None else _status(served, timing)
+            said.sample(sample, truth, picture, status)
             if watch is not None and timing is not None:
                 watch(sample, timing)
+            sample = None
     return pace.timing()
 
 
@@ -171,14 +181,20 @@ class _Said:
         if world is not None:
             self._once(0.0, grid=world.grid)
 
-    def sample(self, sample: Sample, picture: Any, status: dict[str, Any] | None) -> None:
+    def sample(
+        self,
+        sample: Sample,
+        truth: StateEstimate | None,
+        picture: Any,
+        status: dict[str, Any] | None,
+    ) -> None:
         """One 60 Hz sample, and the plan where it is new."""
         nouns: dict[str, Any] = {
             "frame": sample.frame,
             "belief": sample.belief,
             "command": sample.command,
             "target": sample.sent,
-            "truth": self._served.robot.truth() if sample.tick % 20 == 0 else None,
+            "truth": truth,
         }
         self._live.step(sample.tick, **nouns, status=status, picture=picture)
         if self._recorder is not None:
