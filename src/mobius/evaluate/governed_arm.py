@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.control.admittance import AdmittanceConfig, ForceLoop, mobius_config
+from mobius.control.admittance import AdmittanceConfig, ForceLoop, Governed, mobius_config
 from mobius.control.governor import AXES, Axis, NearestGovernor, ScalarGovernor
 from mobius.control.governor.plant import with_margin
 from mobius.evaluate import governed
@@ -166,7 +166,8 @@ def episode(axis: Axis, variant: str, margin: float, seed: int, ticks: int) -> _
     """One episode; the limits of ``axis`` are counted, those less the margin are governed."""
     rig, drawn = ArmRig(seed), _Episode(axis, seed, ticks)
     hooks = governors_of(variant, with_margin(axis, margin))
-    loop = ForceLoop(config_of(axis), config_of(axis), governors=hooks)
+    keyed: dict[tuple[int, Governed], Any] = dict(hooks.items())  # type: ignore[arg-type]
+    loop = ForceLoop(config_of(axis), config_of(axis), governors=keyed)
     loop.start(rig.targets)
     _tare(loop, rig)
     limits = np.array([axis.position_max, axis.velocity_max, axis.velocity_max, axis.wrench_max])

@@ -31,8 +31,8 @@ def forearm_rotation(g: LimbGeometry, q: ArrayLike) -> Array:
     """Orientation (..., 3, 3) of the forearm link in B for yaw and cranks q (..., >=3)."""
     q = np.asarray(q, dtype=float)
     out, normal = limb_axes(g, q[..., 0])
-    up = np.broadcast_to([0.0, 0.0, 1.0], out.shape)
-    base = np.stack([out, normal, up], axis=-1)
+    base = np.zeros((*out.shape, 3))
+    base[..., 0], base[..., 1], base[..., 2, 2] = out, normal, 1.0
     return base @ _axis_angle("y", -g.fivebar.distal_angle(q[..., 1], q[..., 2]))
 
 

@@ -11,31 +11,19 @@ T is the wrist (arm) or ankle (leg). Geometry: public SCALER/MOBIUS limb constan
 
 from __future__ import annotations
 
+import cmath
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 
-def _circles(c1: Array, r1: float, c2: Array, r2: float, branch: float) -> Array:
-    """Intersection (..., 2) of two circles; NaN where they do not meet.
-
-    ``branch`` +1 takes the point to the left of the line from ``c1`` to ``c2``.
-    """
-    dx, dy = c2[..., 0] - c1[..., 0], c2[..., 1] - c1[..., 1]
-    d2 = dx * dx + dy * dy
-    with np.errstate(invalid="ignore", divide="ignore"):
-        a = 0.5 * (d2 + (r1 * r1 - r2 * r2)) / d2
-        h = branch * np.sqrt(r1 * r1 / d2 - a * a)
-        return np.stack([c1[..., 0] + a * dx - h * dy, c1[..., 1] + a * dy + h * dx], axis=-1)
-
-
-def _rotate(v: Array, angle: float) -> Array:
-    """Planar vectors (..., 2) turned by ``angle`` [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], axis=-1)
+def _pairs(z: Complex) -> Array:
+    """(..., 2) of the complex numbers z (...): down, out."""
+    return np.ascontiguousarray(z).reshape(*np.shape(z), 1).view(np.float64)
 
 
 @dataclass(frozen=True)
@@ -62,22 +50,37 @@ class FiveBar:
 
     def points(self, q11: ArrayLike, q21: ArrayLike) -> tuple[Array, Array, Array, Array]:
         """Points B, E, C, T (..., 2) [m]; NaN where the loop cannot be closed."""
-        q11, q21 = np.asarray(q11, dtype=float), np.asarray(q21, dtype=float)
-        B = self.L1 * np.stack([np.cos(q11), np.sin(q11)], axis=-1)
-        E = self.F + self.L1 * np.stack([np.cos(q21), np.sin(q21)], axis=-1)
-        C = _circles(E, self.distal_joint, B, self.coupler, +1.0)
-        T = E + self.distal / self.distal_joint * _rotate(C - E, self.offset)
-        return B, E, C, T
+        B, E, EC = self.loop(q11, q21)
+        return _pairs(B), _pairs(E), _pairs(E + EC), _pairs(E + self.to_T * EC)
+
+    @property
+    def to_T(self) -> complex:
+        """E-T over E-C."""
+        return self.distal / self.distal_joint * cmath.exp(1j * self.offset)
+
+    def loop(self, q11: ArrayLike, q21: ArrayLike) -> tuple[Complex, Complex, Complex]:
+        """B, E and E-C (...) as complex numbers ``down + i out`` [m], in a third of the time that
+        pairs take; E-C is NaN where the loop cannot be closed.
+        """
+        B: Complex = self.L1 * np.exp(1j * np.asarray(q11, dtype=float))
+        E: Complex = self.w + self.L1 * np.exp(1j * np.asarray(q21, dtype=float))
+        EB = B - E
+        d2 = EB.real * EB.real + EB.imag * EB.imag
+        joint2, coupler2 = self.distal_joint * self.distal_joint, self.coupler * self.coupler
+        with np.errstate(invalid="ignore", divide="ignore"):
+            a = 0.5 * (d2 + (joint2 - coupler2)) / d2
+            h = np.sqrt(joint2 / d2 - a * a)  # C is to the left of the line from E to B
+            return B, E, (a + 1j * h) * EB
 
     def fk(self, q11: ArrayLike, q21: ArrayLike) -> Array:
         """Wrist or ankle T (..., 2) = (down, out) [m]; NaN where the loop cannot be closed."""
-        return self.points(q11, q21)[3]
+        _, E, EC = self.loop(q11, q21)
+        return _pairs(E + self.to_T * EC)
 
     def distal_angle(self, q11: ArrayLike, q21: ArrayLike) -> Array:
         """Direction (...) [rad] of E-T from "down" towards "out"."""
-        _, E, _, T = self.points(q11, q21)
-        d = T - E
-        return np.arctan2(d[..., 1], d[..., 0])
+        ET = self.to_T * self.loop(q11, q21)[2]
+        return np.arctan2(ET.imag, ET.real)
 
     def ik(self, down: ArrayLike, out: ArrayLike) -> tuple[Array, Array]:
         """Crank angles q11, q21 (...) [rad] that bring T to (down, out) [m].

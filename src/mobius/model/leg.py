@@ -19,10 +19,10 @@ def limb_axes(g: LimbGeometry, yaw: ArrayLike) -> tuple[Array, Array]:
 
     At zero yaw outward is +-y_B (left +) and the normal is -+x_B; yaw turns about +z_B.
     """
-    c, s = np.cos(yaw), np.sin(yaw)
-    zero = np.zeros_like(c)
-    out = np.stack([-g.side * s, g.side * c, zero], axis=-1)
-    normal = np.stack([-g.side * c, -g.side * s, zero], axis=-1)
+    c, s = g.side * np.cos(yaw), g.side * np.sin(yaw)
+    out, normal = np.zeros((*np.shape(c), 3)), np.zeros((*np.shape(c), 3))
+    out[..., 0], out[..., 1] = -s, c
+    normal[..., 0], normal[..., 1] = -c, -s
     return out, normal
 
 

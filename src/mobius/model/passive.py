@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobius.model.dimensions import limb_geometry
-from mobius.model.fivebar import FiveBar
+from mobius.model.fivebar import Complex, FiveBar
 from mobius.model.joints import LIMB_JOINTS
 from mobius.types import LIMBS
 
@@ -79,24 +79,23 @@ def _woven(coupler: Array, distal: Array) -> Array:
 def _angles(loop: _Loop, q: Array) -> tuple[Array, Array]:
     """Coupler and distal joints (..., 2) [rad]."""
     a, b = q[..., loop.a], q[..., loop.b]
-    B, E, C, T = loop.fivebar.points(a, b)
-    u, t = C - B, T - E
-    return np.arctan2(u[..., 1], u[..., 0]) - a, np.arctan2(t[..., 1], t[..., 0]) - b
+    B, E, EC = loop.fivebar.loop(a, b)
+    u, t = E + EC - B, loop.fivebar.to_T * EC
+    return np.arctan2(u.imag, u.real) - a, np.arctan2(t.imag, t.real) - b
 
 
 def _rates(loop: _Loop, q: Array, dq: Array) -> tuple[Array, Array]:
     """Their rates (..., 2): C moves with the distal link about E and with the coupler about B."""
-    B, E, C, _ = loop.fivebar.points(q[..., loop.a], q[..., loop.b])
+    B, E, EC = loop.fivebar.loop(q[..., loop.a], q[..., loop.b])
     da, db = dq[..., loop.a], dq[..., loop.b]
-    v_B, v_E = da[..., None] * _turned(B), db[..., None] * _turned(E - loop.fivebar.F)
-    u, d = C - B, _turned(C - E)
+    v_B, v_E = 1j * B * da, 1j * (E - loop.fivebar.w) * db
+    u, d = E + EC - B, 1j * EC
     with np.errstate(invalid="ignore", divide="ignore"):
-        distal = np.sum((v_B - v_E) * u, axis=-1) / np.sum(d * u, axis=-1)
-    v_C = v_E + distal[..., None] * d
-    coupler = np.sum(_turned(u) * (v_C - v_B), axis=-1) / np.sum(u * u, axis=-1)
+        distal = _dot(v_B - v_E, u) / _dot(d, u)
+    coupler = _dot(1j * u, v_E + distal * d - v_B) / _dot(u, u)
     return coupler - da, distal - db
 
 
-def _turned(v: Array) -> Array:
-    """(..., 2) turned by +90 degrees."""
-    return np.stack([-v[..., 1], v[..., 0]], axis=-1)
+def _dot(a: Complex, b: Complex) -> Array:
+    """Scalar product of plane vectors."""
+    return np.asarray(a.real * b.real + a.imag * b.imag)

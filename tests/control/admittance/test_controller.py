@@ -1,9 +1,12 @@
 """The running controller: drop-outs, limits, anti-windup, governors, gains that change."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mobius.control.admittance import DT, Admittance, AdmittanceConfig, AxisGains, AxisLaw, Wrenches
+from mobius.control.governor import AXES, ScalarGovernor, axis_set
 from mobius.errors import InvalidInput
 
 NONE = np.zeros((1, 6))
@@ -158,7 +161,35 @@ def test_a_governor_sees_the_state_and_changes_the_reference():
     assert governor.seen[-1].shape == (4,)
 
 
+def test_one_governor_may_serve_several_axes_in_one_call():
+    axis = replace(
+        AXES[0], environment=(100.0, 100.0), disturbance=1.0, position_max=0.05, wrench_max=20.0
+    )
+    safe = axis_set(axis)
+    config = AdmittanceConfig(stiffness=[1000.0] * 6, damping=[120.0] * 6, mass=[10.0] * 6)
+    apart = Admittance(
+        [config, config], governors={(1, name): ScalarGovernor(safe) for name in "zx"}
+    )
+    together = Admittance([config, config], governors={(1, ("z", "x")): ScalarGovernor([safe] * 2)})
+    x_ref = np.zeros((2, 6))
+    x_ref[1, 0], x_ref[1, 2] = 0.03, 0.09  # of these only z is too much
+    w = np.zeros((2, 6))
+    heard_both = Wrenches(w, w, np.ones(2, dtype=bool), w > 0)
+    for _ in range(200):
+        a = apart.step(heard_both, x_ref, np.zeros((2, 6)))
+        b = together.step(heard_both, x_ref, np.zeros((2, 6)))
+        np.testing.assert_allclose(a.x, b.x, atol=1e-12)
+        np.testing.assert_array_equal(a.governed, b.governed)
+    assert a.governed[1].tolist() == [False, False, True, False, False, False]
+    assert not a.governed[0].any()
+
+
 def test_mistakes_are_told():
+    for key in ((0, ()), (0, ("x", "q")), (0, ("x", "x"))):
+        with pytest.raises(InvalidInput, match="governors"):
+            Admittance([AdmittanceConfig()], governors={key: Half()})
+    with pytest.raises(InvalidInput, match="more than one"):
+        Admittance([AdmittanceConfig()], governors={(0, "x"): Half(), (0, ("x", "y")): Half()})
     with pytest.raises(InvalidInput, match="at least one configuration"):
         Admittance([])
     with pytest.raises(InvalidInput, match=r"got \(1, 'z'\)"):

@@ -11,6 +11,7 @@ from mobius.control.admittance.config import FtSensor as FtSensor
 from mobius.control.admittance.config import GravityCompensation as GravityCompensation
 from mobius.control.admittance.config import from_ros as from_ros
 from mobius.control.admittance.controller import Admittance as Admittance
+from mobius.control.admittance.controller import Governed as Governed
 from mobius.control.admittance.controller import Governor as Governor
 from mobius.control.admittance.controller import Motion as Motion
 from mobius.control.admittance.law import DT as DT

@@ -19,7 +19,7 @@ from mobius.control.admittance.law import DT, SERVO_LAG, AxisGains, batch_steps
 from mobius.control.admittance.wrench import Wrenches
 from mobius.errors import InvalidInput
 
-__all__ = ["Admittance", "Governor", "Motion"]
+__all__ = ["Admittance", "Governed", "Governor", "Motion"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -32,7 +32,12 @@ class Governor(Protocol):
         """Reference v (2,) to use now, for the law's state x (4,) and the wished r (2,).
 
         x is (x, v, z, y) as in :mod:`mobius.control.admittance.law`, r is (x_ref, W_ref).
+        One that serves k axes together gets (k, 4) and (k, 2), and gives (k, 2).
         """
+
+
+Governed = str | tuple[str, ...]
+"""One axis, or several that one governor serves in one call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +69,7 @@ class Admittance:
         *,
         tau: float = SERVO_LAG,
         dt: float = DT,
-        governors: Mapping[tuple[int, str], Governor] | None = None,
+        governors: Mapping[tuple[int, Governed], Governor] | None = None,
     ) -> None:
         """One controller.
 
@@ -72,19 +77,18 @@ class Admittance:
             configs: One per gripper.
             tau: Servo lag in the state that governors see [s].
             dt: Tick [s].
-            governors: By gripper and axis, e.g. ``{(0, "z"): governor}``.
+            governors: By gripper and axis, ``{(0, "z"): governor}``, or by gripper and axes that
+                one governor serves, ``{(0, ("x", "y")): governor}``.
+
+        Raises:
+            InvalidInput: There is no such gripper or axis, or an axis has two governors.
         """
         self.configs, self.dt, self.tau = tuple(configs), dt, tau
         self.n = len(self.configs)
         if not self.n:
             raise InvalidInput("Admittance: expected at least one configuration, got none")
         self.governors = dict(governors or {})
-        for arm, axis in self.governors:
-            if not 0 <= arm < self.n or axis not in AXES:
-                raise InvalidInput(
-                    f"Admittance.governors: expected (0..{self.n - 1}, one of {' '.join(AXES)}),"
-                    f" got ({arm}, {axis!r})"
-                )
+        self._places = [self._place(*key) for key in self.governors]
         self._gains = np.stack([c.gains for c in self.configs])
         self._selected = np.stack([c.selected_axes for c in self.configs])
         for name in ("position", "velocity"):
@@ -154,13 +158,34 @@ class Admittance:
         self.state = new
         return motion
 
+    def _place(self, arm: int, axes: Governed) -> tuple[int, int | list[int]]:
+        """Where a governor's states stand in (n, 6, ...)."""
+        names = (axes,) if isinstance(axes, str) else axes
+        taken = [
+            (a, name)
+            for a, other in self.governors
+            for name in ((other,) if isinstance(other, str) else other)
+        ]
+        if not 0 <= arm < self.n or not names or set(names) - set(AXES):
+            raise InvalidInput(
+                f"Admittance.governors: expected (0..{self.n - 1}, one of {' '.join(AXES)} or some"
+                f" of them in a tuple), got ({arm}, {axes!r})"
+            )
+        for name in names:
+            if taken.count((arm, name)) > 1:
+                raise InvalidInput(
+                    f"Admittance.governors: axis {name} of gripper {arm} has more than one"
+                )
+        at = [AXES.index(name) for name in names]
+        return arm, (at[0] if isinstance(axes, str) else at)
+
     def _govern(self, u: Array) -> Flags:
         governed = np.zeros((self.n, 6), dtype=bool)
-        for (arm, axis), governor in self.governors.items():
-            at = AXES.index(axis)
+        for (arm, at), governor in zip(self._places, self.governors.values(), strict=True):
             wished = u[arm, at, 4:6].copy()
-            u[arm, at, 4:6] = governor.step(u[arm, at, :4].copy(), wished)
-            governed[arm, at] = bool((u[arm, at, 4:6] != wished).any())
+            given = governor.step(u[arm, at, :4].copy(), wished)
+            u[arm, at, 4:6] = given
+            governed[arm, at] = (given != wished).any(axis=-1)
         return governed
 
     def _blend(self, s: Array, law: Array) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobius.control.admittance.arms import arms_ik, arms_pose, arms_rotation
 from mobius.control.admittance.config import AdmittanceConfig, FtSensor, GravityCompensation
-from mobius.control.admittance.controller import Admittance, Governor, Motion
+from mobius.control.admittance.controller import Admittance, Governed, Governor, Motion
 from mobius.control.admittance.law import SERVO_LAG
 from mobius.control.admittance.wrench import WrenchConditioner, Wrenches
 from mobius.errors import InvalidInput
@@ -87,7 +87,7 @@ class ForceLoop:
         right: AdmittanceConfig,
         *,
         tau: float = SERVO_LAG,
-        governors: Mapping[tuple[int, str], Governor] | None = None,
+        governors: Mapping[tuple[int, Governed], Governor] | None = None,
     ) -> None:
         """Two arms, left is 0 and right is 1 everywhere.
 
@@ -95,7 +95,8 @@ class ForceLoop:
             left: Configuration.
             right: Configuration.
             tau: Servo lag in the state that governors see [s].
-            governors: By arm and axis, e.g. ``{(0, "z"): governor}``.
+            governors: By arm and axis, ``{(0, "z"): governor}``, or axes that one governor
+                serves together, ``{(0, ("x", "y")): governor}``.
         """
         configs: Sequence[AdmittanceConfig] = (left, right)
         self.law = Admittance(configs, tau=tau, governors=governors)
