@@ -26,6 +26,11 @@ def _pairs(z: Complex) -> Array:
     return np.ascontiguousarray(z).reshape(*np.shape(z), 1).view(np.float64)
 
 
+def _direction(angle: ArrayLike) -> Complex:
+    """exp(i angle)."""
+    return np.asarray(np.exp(1j * np.asarray(angle, dtype=float)), dtype=np.complex128)
+
+
 @dataclass(frozen=True)
 class FiveBar:
     """Link lengths of one five-bar [m] and its kinematics."""
@@ -62,8 +67,8 @@ class FiveBar:
         """B, E and E-C (...) as complex numbers ``down + i out`` [m], in a third of the time that
         pairs take; E-C is NaN where the loop cannot be closed.
         """
-        B: Complex = self.L1 * np.exp(1j * np.asarray(q11, dtype=float))
-        E: Complex = self.w + self.L1 * np.exp(1j * np.asarray(q21, dtype=float))
+        B = self.L1 * _direction(q11)
+        E = self.w + self.L1 * _direction(q21)
         EB = B - E
         d2 = EB.real * EB.real + EB.imag * EB.imag
         joint2, coupler2 = self.distal_joint * self.distal_joint, self.coupler * self.coupler
