@@ -4,7 +4,9 @@
 
 Ticks are of four axes together, percentiles over ticks of a run with references that jump beyond
 the limits; the least p99 of several rounds is given beside all of them, because other jobs on the
-machine only ever add to it. Processor time of the thread stands beside wall time: it says more
+machine only ever add to it. They run at real-time priority where the machine grants it, as the
+loops of ``mobius drive`` and ``mobius ros2`` do. Processor time of the thread stands beside wall
+time: it says more
 where other jobs take the cores. Building is processor time and wall time. The loop
 of Algorithm 3 runs on random samples of the same grid; the ratio is per sample.
 """
@@ -37,6 +39,7 @@ from mobius.control.governor import (
 from mobius.control.governor.sampled_loop import algorithm_3_loop
 from mobius.control.governor.sampled_set import grid_of
 from mobius.files import write_json_atomic
+from mobius.pace import hurry
 
 Row = dict[str, Any]
 
@@ -121,6 +124,7 @@ def main() -> None:
     printed = [algorithm_3(AXES[0])] * 3 + [algorithm_3(AXES[3])]
     repaired = [algorithm_3(AXES[0], repaired=True)] * 3 + [algorithm_3(AXES[3], repaired=True)]
     result: Row = {
+        "real_time_priority": hurry(),
         "machine": {"cpu": platform.processor() or platform.machine(), "cores": os.cpu_count(),
                     "load": os.getloadavg()[0], "numpy": np.__version__},
         "bars": BARS,
