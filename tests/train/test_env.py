@@ -39,7 +39,8 @@ def test_observations_are_finite_and_sized():
 
 @pytest.mark.parametrize("cfg", [CFG, BIPED], ids=["crawl", "biped"])
 def test_mirrored_state_and_action_give_the_mirrored_next_state(cfg):
-    quiet = replace(cfg, randomisation=Randomisation().off())
+    # converged: four iterations of the solver end in different places on the two sides
+    quiet = replace(cfg, randomisation=Randomisation().off(), iterations=20)
     env = LocomotionEnv(quiet, 2, seed=3, nthread=1)
     k = len(env.body.joints)
     index, sign = mirror_joints(env.body)
@@ -224,7 +225,7 @@ def test_robots_start_on_tiles_of_their_level_with_the_feet_on_the_ground():
 
 def test_a_policy_may_have_a_stance_of_its_own_and_learns_to_come_to_it():
     """Three quarters of the episodes begin in it, one in the keyframe; targets begin in it."""
-    env = LocomotionEnv(preset_of("crawl", "fast-wide").env, 8, seed=0, nthread=1)
+    env = LocomotionEnv(preset_of("crawl", "fast").env, 8, seed=0, nthread=1)
     start = env.pool[0][:, env._q_at]
     there, here = robot.keyframe_joints("crawl")[0][env.body.index], WIDE.joints()[env.body.index]
     near = np.abs(start - here).max(axis=1) < np.abs(start - there).max(axis=1)
