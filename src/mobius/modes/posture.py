@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.geometry import quat_conj, rotate
-from mobius.model import LIMB_JOINTS, limb_geometry
-from mobius.model.arm import gripper_pose
-from mobius.model.leg import sole_position
-from mobius.types import LIMBS, Mode, StateEstimate
+from mobius.model.reach import ends
+from mobius.types import Mode, StateEstimate
 
 Array = NDArray[np.float64]
 
@@ -52,11 +50,7 @@ def depths(q: Array, up_B: Array) -> Array:
         q: (22,) joint angles [rad].
         up_B: (3,) up in the trunk frame.
     """
-    ends = []
-    for limb in LIMBS:
-        g, joints = limb_geometry(limb), q[LIMB_JOINTS[limb]]
-        ends.append(gripper_pose(g, joints)[0] if g.is_arm else sole_position(g, joints))
-    return -np.nan_to_num(np.array(ends)) @ up_B
+    return -np.nan_to_num(ends(q)) @ up_B
 
 
 def posture_of(belief: StateEstimate, q: Array) -> Posture:

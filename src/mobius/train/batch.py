@@ -139,6 +139,18 @@ class CpuBatch:
         """Advance all robots; kinematics and sensors are fresh afterwards."""
         self._batch.step(nstep=substeps, stage=_VEL)
 
+    def step_watched(self, substeps: int) -> Array:
+        """Advance all robots like :meth:`step`, to the same bits, with an eye on their soles.
+
+        Returns:
+            (substeps, n, f) :attr:`contact` after every physics step.
+        """
+        seen = np.zeros((substeps, self.n, len(self._contact)))
+        for i in range(substeps):
+            self._batch.step(nstep=1, stage=_VEL)  # a persistent batch goes on from this stage
+            seen[i] = self.contact
+        return seen
+
     def place(self, ids: NDArray[np.int64], qpos: Array, qvel: Array, ctrl: Array) -> None:
         """Put some robots (m,) into states (m, nq), (m, nv) with targets (m, nu)."""
         self._batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)

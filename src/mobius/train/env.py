@@ -165,6 +165,7 @@ class LocomotionEnv:
         self.foot_vz = np.zeros((n, f))
         self.foot_vxy = np.zeros((n, f))
         self.down = np.zeros((n, f))
+        self.touch = np.zeros((1, n, f))
         self.action_1, self.action_2 = np.zeros((n, k)), np.zeros((n, k))
         self.frames = np.zeros((n, 1 + self.cfg.randomisation.delay_steps, self.layout.frame_size))
 
@@ -260,7 +261,11 @@ class LocomotionEnv:
         self.randomiser.kick(POLICY_DT, self.curriculum.kick)
         if self.tiles is not None:
             self.randomiser.surface(*self.tiles.surface(self.sim.foot_position[:, :, :2]))
-        self.sim.step(self.cfg.substeps)
+        if self.cfg.watch_contacts:
+            self.touch = self.sim.step_watched(self.cfg.substeps)
+        else:
+            self.sim.step(self.cfg.substeps)
+            self.touch = self.sim.contact[None]
         self.steps += 1
         self.clock.advance(self.command, POLICY_DT, self.seen_speed)
         signals = self._signals()
@@ -307,16 +312,11 @@ class LocomotionEnv:
         blend = POLICY_DT / (self.cfg.velocity_filter_s + POLICY_DT)
         self.velocity += blend * (twist - self.velocity)
         gravity = rotate(quat_conj(q), np.broadcast_to([0.0, 0.0, -1.0], (self.n, 3)))
-        contact = self.sim.contact
-        touchdown = contact * (self.air > 0)
-        early = (1.0 - contact) * (self.down > 0) * (self.down < 0.08)
+        contact, touchdown, early, air = self._contacts()
         foot_velocity = self.sim.foot_velocity
         foot_speed = np.linalg.norm(foot_velocity[:, :, :2], axis=2)
         landing, self.foot_vz = self.foot_vz, foot_velocity[:, :, 2]
         drag, self.foot_vxy = self.foot_vxy, foot_speed
-        air = self.air + POLICY_DT
-        self.air = np.where(contact > 0, 0.0, air)
-        self.down = np.where(contact > 0, self.down + POLICY_DT, 0.0)
         upright = -gravity[:, 2] if self.body.heading == "crawl" else -gravity[:, 0]
         tilt = gravity[:, :2] if self.body.heading == "crawl" else gravity[:, 1:]
         foot = self.sim.foot_position
@@ -345,6 +345,7 @@ class LocomotionEnv:
             action_1=self.action_1,
             action_2=self.action_2,
             contact=contact,
+            touching=self.touch.mean(axis=0),
             touchdown=touchdown,
             air_time=air,
             contact_time=self.down,
@@ -360,6 +361,22 @@ class LocomotionEnv:
             sigma_linear=self.cfg.sigma_linear,
             sigma_yaw=self.cfg.sigma_yaw,
         )
+
+    def _contacts(self) -> tuple[Array, Array, Array, Array]:
+        """What the soles did since the last policy step: (n, f) contact now, 1 where a contact
+        began, number of contacts of less than 0.08 s that ended, time in the air until now or
+        until the last touchdown [s].
+        """
+        dt = POLICY_DT / len(self.touch)
+        began, early = np.zeros_like(self.air), np.zeros_like(self.air)
+        aloft = self.air + dt
+        for on in self.touch:
+            aloft = np.where((self.air > 0) | (on == 0), self.air + dt, aloft)
+            began = np.maximum(began, on * (self.air > 0))
+            early += (1.0 - on) * (self.down > 0) * (self.down < 0.08)
+            self.air = np.where(on > 0, 0.0, self.air + dt)
+            self.down = np.where(on > 0, self.down + dt, 0.0)
+        return self.touch[-1], began, early, aloft
 
     def _fallen(self, height: Array, upright: Array) -> NDArray[np.bool_]:
         """Eq. (3) to (5): too low or tilted, a motor too fast, a target at a joint limit."""

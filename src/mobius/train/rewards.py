@@ -60,6 +60,8 @@ class Signals:
     """(n, k) two steps earlier."""
     contact: Array
     """(n, f) 1 in contact."""
+    touching: Array
+    """(n, f) share of the looks since the last policy step that saw it in contact."""
     touchdown: Array
     """(n, f) 1 at the first step of a contact."""
     air_time: Array
@@ -75,7 +77,7 @@ class Signals:
     landing_drag: Array
     """(n, f) horizontal speed, one step before [m/s]."""
     lifted_early: Array
-    """(n, f) 1 where a contact just ended that lasted less than 0.08 s."""
+    """(n, f) how many contacts of less than 0.08 s ended since the last policy step."""
     foot_tilt: Array
     """(n, f) squared sine of a sole's tilt."""
     fallen: Array
@@ -209,7 +211,7 @@ def scuff(s: Signals) -> Array:
     """Feet in contact that should be in the air, each by the share of the height it should
     have.
     """
-    return np.sum(s.swing * s.contact, axis=1)
+    return np.sum(s.swing * s.touching, axis=1)
 
 
 def swing_height(s: Signals) -> Array:
