@@ -79,6 +79,7 @@ def test_a_stack_of_several_modes_has_transitions_and_recovery():
         motions=crude(*names),
     )
     modes = {Mode.CRAWL, Mode.BIPED, Mode.ROLL, Mode.STAND_UP, Mode.LIE_DOWN, Mode.RECOVER}
+    modes |= {Mode.GATHER}
     assert stack.machine.available == modes
     assert stack.machine.mode is Mode.CRAWL
 

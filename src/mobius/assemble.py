@@ -14,7 +14,16 @@ from mobius.control.peers import controller_of
 from mobius.errors import InvalidInput, UnknownName
 from mobius.estimate import Estimator
 from mobius.model import robot as model_robot
-from mobius.modes import ModeMachine, MotionPlayer, Posture, Recovery, load_motion, motion_names
+from mobius.modes import (
+    Gather,
+    Gathered,
+    ModeMachine,
+    MotionPlayer,
+    Posture,
+    Recovery,
+    load_motion,
+    motion_names,
+)
 from mobius.modes.motions import Motion
 from mobius.robot.sim import SimRobot
 from mobius.robot.variation import Variation
@@ -183,6 +192,8 @@ def controllers_of(
                 f" there are: {', '.join(sorted(motions)) or 'none'}"
             )
         made[mode] = MotionPlayer(motions[MOTION_OF[mode]])
+    if Mode.CRAWL in made and len(made) > 1:
+        made[Mode.GATHER] = Gather(gathered())
     stances = {
         posture: model_robot.keyframe_joints(BODIES[name].keyframe)[1]
         for name, posture in (("crawl", Posture.CRAWLING), ("biped", Posture.STANDING))
@@ -193,6 +204,13 @@ def controllers_of(
     if stances:
         made[Mode.RECOVER] = Recovery(motions, stances)
     return made
+
+
+def gathered() -> Gathered:
+    """Keyframe ``crawl``, in which the motions on four limbs begin."""
+    q, targets = model_robot.keyframe_joints("crawl")
+    model = flat_model()
+    return Gathered(q, targets, model_robot.centre_of_mass, float(model.body_mass.sum()))
 
 
 def _driver(policy: Drive | Mapping[str, Drive], body: str, seed: int) -> Controller:

@@ -63,7 +63,8 @@ class Controller(Protocol):
 
     It may have more: ``every``, ticks between two acts, a divisor of 10 and a multiple of 2;
     ``begin(targets)``, told the targets (22,) [rad] sent last, after each reset; ``state``
-    (running, done, failed) and ``reason``, for the mode machine.
+    (running, done, failed) and ``reason``, for the mode machine, and ``apart``, whether it stands
+    elsewhere than where motions begin.
     """
 
     def reset(self) -> None:
@@ -199,7 +200,7 @@ class Stack:
         """What the mode machine goes by."""
         active: Any = None if self._active is None else self.controllers[self._active]
         state, reason = getattr(active, "state", "running"), getattr(active, "reason", "")
-        return Seen(belief, frame.q, state, reason)
+        return Seen(belief, frame.q, state, reason, getattr(active, "apart", False))
 
     def _change(self, mode: Mode) -> None:
         """Another controller takes over."""

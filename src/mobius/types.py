@@ -48,6 +48,7 @@ class Mode(StrEnum):
     ROLL = "roll"
     CLIMB = "climb"
     PULL_UP = "pull_up"
+    GATHER = "gather"
     STAND_UP = "stand_up"
     LIE_DOWN = "lie_down"
     RECOVER = "recover"

@@ -48,10 +48,10 @@ def test_a_reset_starts_the_draw_anew():
 
 def test_what_names_a_controller():
     assert isinstance(controller_of(None, "biped"), PolicyController)
-    for name, trained in (("flat", "fast"), ("rough", "fast-rough")):
+    for name, ground in (("flat", False), ("rough", True)):
         shipped = controller_of(name, "crawl")
         assert isinstance(shipped, PolicyController)
-        assert shipped.policy.metadata["preset"] == trained
+        assert (shipped.policy.metadata["config"]["env"]["terrain"] is not None) is ground
     assert isinstance(controller_of(shipped_policy("crawl"), "crawl"), PolicyController)
     assert isinstance(controller_of(str(shipped_policy("crawl")), "crawl"), PolicyController)
     with pytest.raises(UnknownName, match="Did you mean 'random'"):

@@ -1,10 +1,13 @@
 """The shipped policy: what it says of itself, and that the loop feeds it as training did."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mobius.control.policy import PolicyController, load_policy, shipped_policy
 from mobius.errors import PolicyError
+from mobius.model.poses import Stance, stance_keyframe
 from mobius.model.robot import keyframe_joints
 from mobius.types import Mode, ModeCommand, SensorFrame, StateEstimate
 
@@ -35,7 +38,18 @@ def test_metadata_names_what_is_needed_to_run(policy):
 
 def test_default_is_the_stance_of_the_model(policy):
     """A policy of an older model would stand wrong: its Theta_default must be today's."""
-    np.testing.assert_allclose(policy.default, keyframe_joints("crawl")[1], atol=0.01)
+    stance = policy.metadata["config"]["env"].get("stance")
+    own = keyframe_joints("crawl") if stance is None else stance_keyframe(Stance(**stance))
+    np.testing.assert_allclose(policy.default, own[1], atol=0.01)
+
+
+def test_a_policy_stands_apart_from_the_keyframe_or_not_by_its_default(policy):
+    at_home = replace(policy, default=keyframe_joints("crawl")[1])
+    wide = Stance(arm_r=0.24, arm_turn=0.30, leg_r=0.19, leg_turn=0.20)
+    apart = replace(policy, default=stance_keyframe(wide)[1])
+    assert (at_home.apart, apart.apart) == (False, True)
+    assert PolicyController(apart).apart and not PolicyController(at_home).apart
+    assert not load_policy(shipped_policy("biped")).apart
 
 
 def test_only_actuated_joints_move(policy):

@@ -9,7 +9,7 @@ import pytest
 from mobius.errors import InvalidInput, UnknownName
 from mobius.evaluate.trial_report import TrialRun, as_text, figures_of, gear_lives, summarise
 from mobius.evaluate.trial_source import Asks
-from mobius.evaluate.trial_watch import PushUpCounter
+from mobius.evaluate.trial_watch import Gathering, PushUpCounter
 from mobius.evaluate.trials import TRIALS, motion_trials, needed, run_trial
 from mobius.geometry import rpy_to_quat
 from mobius.model.robot import keyframe_joints
@@ -41,7 +41,7 @@ def run_of(seed, success, **more):
 def test_the_trials_are_those_of_the_bars():
     assert tuple(TRIALS) == (
         "prone_to_crawl", "stand_to_crawl", "crawl_to_stand", "supine_recovery", "head_recovery",
-        "any_fall", "roll", "five_rolls", "push_ups",
+        "any_fall", "roll", "five_rolls", "push_ups", "gather_stand", "gather_roll",
     )  # fmt: skip
     limits = {t.name: t.limit_s for t in TRIALS.values()}
     assert limits["prone_to_crawl"] == limits["stand_to_crawl"] == limits["crawl_to_stand"] == 6.0
@@ -96,6 +96,31 @@ def test_figures_take_times_from_successes_and_torques_from_all():
     result = summarise(runs, seeds=3, seed=0)
     json.dumps(result.as_json(), allow_nan=False)
     assert "speed_mps 0.70" in as_text(result)
+
+
+def test_figures_of_gathering_are_of_the_runs_that_gathered():
+    seen = dict(gather_lean_deg=3.0, gather_slid_m=0.02, gather_force_N=90.0)
+    more = dict(gather_lean_deg=5.0, gather_slid_m=0.01, gather_force_N=80.0)
+    runs = [run_of(0, True, gathers=(1, 1), **seen), run_of(1, False, gathers=(2, 1), **more)]
+    g = figures_of([*runs, run_of(2, True)])["gathers"]
+    assert (g["begun"], g["done"]) == (3, 2)
+    assert g["lean_deg"] == {"median": 4.0, "most": 5.0}
+    assert g["force_N"]["most"] == 90.0 and g["slid_m"]["median"] == pytest.approx(0.015)
+    text = as_text(summarise(runs, seeds=2, seed=0))
+    assert "gathered 2 of 3  lean_deg 4.0 (most 5.0)  slid_m 0.015 (most 0.020)" in text
+    assert "gathers" not in figures_of([run_of(2, True)])
+
+
+def test_a_gathering_counts_slides_of_pressing_feet_anew_each_time():
+    gathering, level = Gathering(), np.array([0.0, 0.0, 1.0])
+    tilted = np.array([np.sin(0.1), 0.0, np.cos(0.1)])
+    for normal in (level, tilted):  # foot 0 slides at 0.3 m/s for 0.5 s, twice
+        gathering.begin()
+        for _ in range(150):
+            gathering.see(normal, np.array([50.0, 0.5, 20, 20]), np.array([0.3, 9.0, 0, 0]))
+    assert gathering.begun == 2 and gathering.force == 50.0
+    assert gathering.slid == pytest.approx(0.15)  # not 0.30, and not the foot in the air
+    assert gathering.lean == pytest.approx(0.1)
 
 
 def test_gears_last_less_at_more_torque_and_two_servos_share():

@@ -12,15 +12,21 @@ import numpy as np
 import pytest
 
 from mobius import mission
+from mobius.assemble import Start, build_sim_stack, flat_model
 from mobius.bridge.read_run import open_run
 from mobius.errors import InvalidInput
+from mobius.geometry import heading_yaw
 from mobius.model import JOINTS
 from mobius.model.passive import PASSIVE
+from mobius.model.poses import stance_keyframe
 from mobius.model.robot import addresses, keyframe, load_model
 from mobius.modes import ModeMachine
+from mobius.modes.follow import CRAWLING
 from mobius.results import staged
+from mobius.robot import TICK
 from mobius.robot.sim import SimRobot
 from mobius.stack import Judge, Stack
+from mobius.train.presets import WIDE
 from mobius.types import JointCommand, Mode, ModeCommand
 
 KEYS = {
@@ -243,19 +249,42 @@ def test_without_opengl_the_run_goes_on_without_video(tmp_path):
     assert (out / "summary.json").exists() and (out / "report.html").exists()
 
 
-def test_the_footprint_holds_the_stance():
+def reach_of(model, data):
+    """Corners (n, 2) [m] of the boxes around the robot's collision geometry, from its trunk."""
+    signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)
+    corners = []
+    for i in range(model.ngeom):
+        if model.geom_contype[i] and model.geom(i).name != "floor":
+            box = signs * model.geom_aabb[i, 3:] + model.geom_aabb[i, :3]
+            corners.append(box @ data.geom_xmat[i].reshape(3, 3).T + data.geom_xpos[i])
+    return np.concatenate(corners)[:, :2] - data.body("base_link").xpos[:2]
+
+
+@pytest.mark.parametrize("stance", [keyframe("crawl")[0], stance_keyframe(WIDE)[0]])
+def test_the_footprint_holds_the_stance(stance):
     """In every heading by the disc, heading along the grid by the lane with 2 cm to stray."""
     model = load_model("full")
     data = mujoco.MjData(model)
-    data.qpos[:] = keyframe("crawl")[0]
+    data.qpos[:] = stance
     mujoco.mj_kinematics(model, data)
-    signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)
-    radius = half = 0.0
-    for i in range(model.ngeom):
-        if model.geom_contype[i] and model.geom(i).name != "floor":
-            corners = signs * model.geom_aabb[i, 3:] + model.geom_aabb[i, :3]
-            xy = (corners @ data.geom_xmat[i].reshape(3, 3).T + data.geom_xpos[i])[:, :2]
+    xy = reach_of(model, data)
+    assert np.linalg.norm(xy, axis=1).max() <= mission.FOOTPRINT_RADIUS
+    assert np.abs(xy).max() + 0.02 <= mission.LANE
+
+
+def test_the_lane_holds_the_crawl_and_the_disc_its_turn_on_the_spot():
+    """A crawl whose hands swing further out than they stand touched door frames."""
+    stack, robot = build_sim_stack(flat_model(), Start(randomised=False))
+    half = radius = 0.0
+    while stack.tick * TICK < 5.0:
+        ahead = stack.tick * TICK < 2.5
+        twist = [CRAWLING.speed, 0.0, 0.0] if ahead else [0.0, 0.0, 0.8]
+        stack.turn(lambda b, t=twist: ModeCommand(Mode.CRAWL, t, b.stamp))
+        if stack.tick % 20 == 0:
+            xy = reach_of(robot.model, robot.data)
+            if ahead:
+                yaw = float(heading_yaw("crawl", robot.truth().q_OB))
+                half = max(half, float(np.abs(xy @ [-np.sin(yaw), np.cos(yaw)]).max()))
             radius = max(radius, float(np.linalg.norm(xy, axis=1).max()))
-            half = max(half, float(np.abs(xy).max()))
-    assert radius <= mission.FOOTPRINT_RADIUS
-    assert half + 0.02 <= mission.LANE
+    assert half <= mission.LANE
+    assert radius <= mission.FOOTPRINT_RADIUS + mission.FOOTPRINT_MARGIN

@@ -9,6 +9,7 @@ import pytest
 
 from mobius.bridge.messages import TOPICS, decode
 from mobius.bridge.record import McapRecorder
+from mobius.control.policy import load_policy, shipped_policy
 from mobius.mission.serve import build_served, serve
 from mobius.pace import Pace
 from mobius.robot import TICK
@@ -106,7 +107,8 @@ def test_a_mode_request_goes_through_the_mode_machine(floor):
     graph, _ = run(floor, 9.0)
     modes = [decode("/mobius/mode", data) for data in graph.sent["/mobius/mode"]]
     order = list(dict.fromkeys(modes))
-    assert order == [Mode.CRAWL, Mode.STAND_UP, Mode.BIPED]
+    gathers = [Mode.GATHER] if load_policy(shipped_policy("crawl")).apart else []
+    assert order == [Mode.CRAWL, *gathers, Mode.STAND_UP, Mode.BIPED]
 
 
 def test_a_goal_is_planned_told_and_reached():

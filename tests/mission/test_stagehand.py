@@ -12,7 +12,7 @@ from mobius.world import Scenario
 from mobius.world.scenario import Event, Obstacle
 from mobius.world.shapes import Rectangle
 
-HERE, THERE = Rectangle((1.2, 0.0), (0.5, 0.5)), Rectangle((0.0, 1.1), (0.5, 0.5), 0.4)
+HERE, THERE = Rectangle((1.2, -0.1), (0.5, 0.5)), Rectangle((0.0, 1.1), (0.5, 0.5), 0.4)
 
 
 @pytest.fixture

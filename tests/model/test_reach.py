@@ -8,8 +8,15 @@ from mobius.model.arm import gripper_pose
 from mobius.model.dimensions import limb_geometry
 from mobius.model.joints import LIMB_JOINTS
 from mobius.model.leg import sole_position
-from mobius.model.poses import TRUNK_HEIGHT_CRAWL, crawl_joints
-from mobius.model.reach import arm_joints, body_joints, leg_joints, nose_up
+from mobius.model.poses import TRUNK_HEIGHT_CRAWL, Stance, crawl_joints
+from mobius.model.reach import (
+    arm_joints,
+    body_joints,
+    ends,
+    leg_joints,
+    longest_step,
+    nose_up,
+)
 
 HAND, FOOT = np.array([0.24, 0.25, 0.0]), np.array([-0.2, 0.24, 0.0])
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -26,6 +33,21 @@ def test_the_crawl_stance_comes_back_from_where_its_hands_and_feet_are():
             feet.append(p + sole_position(g, q[joints]))
     again = body_joints(np.eye(3), p, hands_M=hands, feet_M=feet)
     np.testing.assert_allclose(again, q, atol=1e-9)
+
+
+def test_the_ends_of_the_limbs_are_left_hand_right_hand_left_foot_right_foot():
+    hand, foot = np.array([0.2603, 0.2658]), np.array([-0.2215, 0.2591])
+    mirror = np.array([1.0, -1.0])
+    expected = [hand, hand * mirror, foot, foot * mirror]
+    np.testing.assert_allclose(ends(crawl_joints())[:, :2], expected, atol=1e-3)
+    np.testing.assert_allclose(ends(crawl_joints())[:, 2], -TRUNK_HEIGHT_CRAWL, atol=1e-9)
+
+
+def test_the_longest_step_is_that_of_the_foot_that_has_farthest_to_go():
+    """Hands 0.20 m out, feet 0.17 m, all straight out; then hands 0.05 and feet 0.02 further."""
+    a, b = Stance(0.20, 0.0, 0.17, 0.0).joints(), Stance(0.25, 0.0, 0.19, 0.0).joints()
+    assert longest_step(a, b) == pytest.approx(0.05) == longest_step(b, a)
+    assert longest_step(a, a) == 0.0
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5])

@@ -12,7 +12,7 @@ from mobius.modes.machine import LEADS_TO, TOWARDS
 from mobius.types import Mode, ModeCommand, StateEstimate
 
 M = Mode
-ALL = frozenset({M.CRAWL, M.BIPED, M.ROLL, M.STAND_UP, M.LIE_DOWN, M.RECOVER, M.PUSH_UPS})
+ALL = frozenset({M.CRAWL, M.BIPED, M.ROLL, M.GATHER, M.STAND_UP, M.LIE_DOWN, M.RECOVER, M.PUSH_UPS})
 POSES = {M.CRAWL: "crawl", M.BIPED: "stand"}
 
 
@@ -23,6 +23,7 @@ class World:
         self.belief_of, self.machine, self.motion_s = belief_of, machine, motion_s
         self.t, self.since, self.mode = 0.0, 0.0, machine.mode
         self.state, self.pose, self.v = None, None, (0.0, 0.0, 0.0)
+        self.apart = False
 
     def go(self, wanted, seconds, twist=(0.1, 0.0, 0.0)):
         """The modes that were on, without repeats."""
@@ -32,7 +33,10 @@ class World:
             state = self.state or ("done" if done else "running")
             pose = self.pose or POSES.get(self.machine.mode, "crawl")
             seen = Seen(
-                self.belief_of(self.t, pose=pose, v=self.v), keyframe_joints_of(pose), state
+                self.belief_of(self.t, pose=pose, v=self.v),
+                keyframe_joints_of(pose),
+                state,
+                apart=self.apart and self.machine.mode is M.CRAWL,
             )
             command = self.machine.step(ModeCommand(wanted, twist, self.t), seen)
             if command.mode is not self.mode:
@@ -74,6 +78,46 @@ def test_it_inserts_what_lies_between(world, mode, wanted, way):
     assert w.go(wanted, seconds)[: len(way)] == way
     assert all(b in SUCCESSORS[a] for a, b in pairwise(way))
     assert [(e.before, e.after) for e in w.machine.events][: len(way) - 1] == list(pairwise(way))
+
+
+@pytest.mark.parametrize(
+    ("wanted", "way"),
+    [
+        (M.BIPED, [M.CRAWL, M.GATHER, M.STAND_UP, M.BIPED]),
+        (M.ROLL, [M.CRAWL, M.GATHER, M.ROLL, M.CRAWL]),
+        (M.PUSH_UPS, [M.CRAWL, M.GATHER, M.PUSH_UPS, M.CRAWL]),
+    ],
+)
+def test_a_policy_that_stands_apart_gathers_first(world, wanted, way):
+    w = world()
+    w.apart = True
+    assert w.go(wanted, 3.2)[: len(way)] == way
+    assert all(b in SUCCESSORS[a] for a, b in pairwise(way))
+
+
+def test_a_policy_that_does_not_or_a_robot_that_cannot_gather_goes_straight_on(world):
+    assert world().go(M.BIPED, 1.0) == [M.CRAWL, M.STAND_UP]
+    without = world(ALL - {M.GATHER})
+    without.apart = True
+    assert without.go(M.BIPED, 1.0) == [M.CRAWL, M.STAND_UP]
+
+
+def test_what_it_gathered_for_follows_whatever_is_wanted_then(world):
+    """Sources ask for a roll until the robot is no longer crawling, and then to crawl."""
+    w = world()
+    w.apart = True
+    assert w.go(M.ROLL, 0.9)[-1] is M.GATHER
+    assert w.go(M.CRAWL, 2.5) == [M.GATHER, M.ROLL, M.CRAWL]
+
+
+@pytest.mark.parametrize("state", ["failed", "running"])
+def test_gathering_that_fails_or_never_ends_leads_to_recovery(world, state):
+    w = world(motion_s=1e9)
+    w.apart = True
+    w.go(M.BIPED, 0.9)
+    w.state = state
+    w.go(M.BIPED, w.machine.config.timeout + 0.1)
+    assert [e.after for e in w.machine.events[:2]] == [M.GATHER, M.RECOVER]
 
 
 def test_a_short_request_changes_nothing_but_stops_the_twist(world):

@@ -19,9 +19,15 @@ from mobius.control.observation import History, Layout, build_frame
 from mobius.errors import PolicyError
 from mobius.geometry import heading_yaw, rotate
 from mobius.model.build import joint_ranges
+from mobius.model.reach import longest_step
+from mobius.model.robot import keyframe_joints
 from mobius.types import NUM_JOINTS, JointCommand, ModeCommand, SensorFrame, StateEstimate
 
 Array = NDArray[np.float64]
+
+
+APART = 0.03
+"""A policy whose feet stand this far from those of its body's keyframe [m] stands apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +43,11 @@ class PolicyFile:
     scale: float
     filter_length: int
     metadata: dict[str, Any]
+
+    @property
+    def apart(self) -> bool:
+        """Whether its stance is another than its body's keyframe, where motions begin."""
+        return longest_step(self.default, keyframe_joints(self.body.keyframe)[1]) > APART
 
 
 def shipped_policy(body: str, *, rough: bool = False) -> Path:
@@ -81,6 +92,7 @@ class PolicyController:
 
     def __init__(self, policy: PolicyFile) -> None:
         self.policy = policy
+        self.apart = policy.apart
         body = policy.body
         self._index = body.index
         ranges = joint_ranges()

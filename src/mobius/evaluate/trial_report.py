@@ -50,6 +50,14 @@ class TrialRun:
     """Rolls: largest heading after one of them against that before the first [deg]."""
     push_ups: int | None = None
     """How often the trunk went 5 cm down and up."""
+    gathers: tuple[int, int] = (0, 0)
+    """How often it gathered, and how often it came to the end of that."""
+    gather_lean_deg: float = 0.0
+    """Farthest that the trunk was off the floor's normal meanwhile [deg]."""
+    gather_slid_m: float = 0.0
+    """Longest way that a foot slid while it pressed, once gathering [m]."""
+    gather_force_N: float = 0.0
+    """Hardest that a foot pressed on the floor [N]."""
     events: list[str] = field(default_factory=list)
     """Changes of mode."""
 
@@ -98,6 +106,16 @@ def figures_of(runs: Sequence[TrialRun]) -> dict[str, Any]:
         "gear_life_cycles": gear_lives(peak),
         "failures": {str(r.seed): r.why for r in runs if not r.success},
     }
+    begun, ended = np.sum([r.gathers for r in runs], axis=0).tolist()
+    if begun:
+        of = [r for r in runs if r.gathers[0]]
+        figures["gathers"] = {"begun": begun, "done": ended} | {
+            name: {
+                "median": float(np.median([getattr(r, f"gather_{name}") for r in of])),
+                "most": float(max(getattr(r, f"gather_{name}") for r in of)),
+            }
+            for name in ("lean_deg", "slid_m", "force_N")
+        }
     if any(r.heading_error_deg is not None for r in runs):
         figures |= {name: _mean([getattr(r, name) for r in well]) for name in ROLLING}
     return figures
@@ -131,6 +149,11 @@ def as_text(result: Motions) -> str:
                 f"  speed_mps {_cell(f['speed_mps'], 2)}"
                 f"  heading_error_deg {_cell(f['heading_error_deg'], 1)}"
             )
+        if "gathers" in f:
+            line += f"  gathered {f['gathers']['done']} of {f['gathers']['begun']}"
+            for name, digits in (("lean_deg", 1), ("slid_m", 3), ("force_N", 0)):
+                g = f["gathers"][name]
+                line += f"  {name} {g['median']:.{digits}f} (most {g['most']:.{digits}f})"
         lines.append(line)
         lines += [f"    seed {seed}: {why}" for seed, why in f["failures"].items()]
     return "\n".join(lines)

@@ -63,7 +63,7 @@ class Asks:
 
     def entered(self, mode: Mode, before: Mode, stamp: float) -> None:
         """Tell that the machine went from one mode to another."""
-        if before in (Mode.CRAWL, Mode.BIPED) or mode is Mode.STOP:
+        if before in (Mode.CRAWL, Mode.BIPED, Mode.GATHER) or mode is Mode.STOP:
             return
         self.done += 1
         self._since = stamp

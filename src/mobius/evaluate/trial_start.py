@@ -52,7 +52,7 @@ class TrialStart:
         return float(self.normal @ p)
 
 
-def draw_start(pose: str, body: str, seed: int) -> TrialStart:
+def draw_start(pose: str, body: str, seed: int, *, joints: Array | None = None) -> TrialStart:
     """Robot, floor and configuration of one seed.
 
     Friction 0.5-1.2 of all surfaces, trunk +-1 kg, servos +-10 %, delay 0-20 ms
@@ -62,6 +62,7 @@ def draw_start(pose: str, body: str, seed: int) -> TrialStart:
         pose: A keyframe, or ``fall``: any orientation and any joint angles, 0.4 m up.
         body: Body of the mode it is to end in.
         seed: Of all draws.
+        joints: (22,) joint angles [rad] instead of the keyframe's.
     """
     rng = np.random.default_rng([seed, 515])
     variation = replace(Variation.sample(np.random.default_rng(seed)), everywhere=True)
@@ -73,7 +74,7 @@ def draw_start(pose: str, body: str, seed: int) -> TrialStart:
     if pose == "fall":
         qpos = _falling(model, rng)
     else:
-        qpos = _standing(model, pose, rng, tilt)
+        qpos = _standing(model, pose, rng, tilt, joints)
     start = Start(body=body, qpos=qpos, seed=seed, variation=variation)
     return TrialStart(model, start, rotate(tilt, np.array([0.0, 0.0, 1.0])))
 
@@ -92,9 +93,11 @@ def assembled(q: Array) -> bool:
     return apart and bool(np.isfinite(passive_angles(q)).all())
 
 
-def _standing(model: Any, pose: str, rng: np.random.Generator, tilt: Array) -> Array:
-    """A keyframe with noise on its joints, on the tilted floor."""
-    q, base = keyframe_joints(pose)[0], keyframe(pose)[0][:7]
+def _standing(
+    model: Any, pose: str, rng: np.random.Generator, tilt: Array, joints: Array | None
+) -> Array:
+    """A keyframe, or its trunk with other joints, with noise on them, on the tilted floor."""
+    q, base = keyframe_joints(pose)[0] if joints is None else joints, keyframe(pose)[0][:7]
     low, high = joint_limits()
     for _ in range(DRAWS):
         noisy = np.clip(q + JOINT_NOISE * rng.standard_normal(len(q)), low, high)

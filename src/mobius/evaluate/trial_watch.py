@@ -64,6 +64,35 @@ class PushUpCounter:
                 self.count += 1
 
 
+@dataclass
+class Gathering:
+    """What feet and trunk did while the robot gathered."""
+
+    begun: int = 0
+    """How often it did."""
+    done: int = 0
+    """How often it came to the end of it."""
+    lean: float = 0.0
+    """Farthest that the trunk was off the floor's normal [rad]."""
+    slid: float = 0.0
+    """Longest way that one foot slid while it pressed, each time by itself [m]."""
+    force: float = 0.0
+    """Hardest that a foot pressed on the floor [N]."""
+    _slid: Array = field(default_factory=lambda: np.zeros(4))
+
+    def begin(self) -> None:
+        """Once more."""
+        self.begun += 1
+        self._slid = np.zeros(4)
+
+    def see(self, normal_B: Array, force: Array, speed: Array) -> None:
+        """Take in one look at the floor's normal (3,), forces (4,) [N] and speeds (4,) [m/s]."""
+        self.lean = max(self.lean, float(np.arccos(min(1.0, float(normal_B[2])))))
+        self._slid = self._slid + DT * np.where(force > TOUCH, speed, 0.0)
+        self.slid = max(self.slid, float(self._slid.max()))
+        self.force = max(self.force, float(force.max()))
+
+
 @dataclass(eq=False)
 class Watch:
     """Looks at the true robot whenever the stack has read it."""
@@ -83,6 +112,9 @@ class Watch:
     again [m]."""
     roll_s: float = 0.0
     """Time between these [s]."""
+    gathering: Gathering = field(default_factory=Gathering)
+    gathers: bool = False
+    """Whether it does now."""
 
     def __post_init__(self) -> None:
         self._stall, self._slope = (x[:LIMBS_END] for x in self.robot.servo_line())
@@ -114,6 +146,8 @@ class Watch:
         self.rotation += float(self.truth.w_B[1]) * DT
         self.push_ups.see(self.height)
         self._follow_roll()
+        if self.gathers:
+            self.gathering.see(self._normal_B, *robot.sole_contact())
 
     @property
     def height(self) -> float:

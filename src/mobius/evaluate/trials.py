@@ -12,11 +12,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobius.assemble import MOTION_OF, build_sim_stack
+from mobius.control.peers import controller_of
+from mobius.control.policy import load_policy, shipped_policy
 from mobius.errors import InvalidInput, UnknownName
 from mobius.evaluate.jobs import Progress, run_jobs
 from mobius.evaluate.trial_report import Motions, TrialRun, summarise
@@ -47,7 +50,7 @@ class Trial:
 
     name: str
     pose: str
-    """Keyframe it starts in, or ``fall``."""
+    """Keyframe it starts in, ``fall``, or ``stance``: that of the crawl policy."""
     asks: Mode | None
     """Mode that is asked for after a second; None where the robot starts fallen."""
     ends: Mode
@@ -96,6 +99,8 @@ TRIALS: dict[str, Trial] = {
         Trial("roll", "crawl", Mode.ROLL, Mode.CRAWL, 10.0, 1.0, modes=("crawl", "roll")),
         Trial("five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5),
         Trial("push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")),
+        Trial("gather_stand", "stance", Mode.BIPED, Mode.BIPED, 7.5, modes=_BOTH),
+        Trial("gather_roll", "stance", Mode.ROLL, Mode.CRAWL, 11.5, 1.0, modes=("crawl", "roll")),
     )
 }
 """Trials by name."""
@@ -113,21 +118,31 @@ def needed(trial: Trial) -> set[str]:
     return {*trial.needs, *serves}
 
 
-def run_trial(job: tuple[str, int], *, motions: Mapping[str, Motion] | None = None) -> TrialRun:
+def run_trial(
+    job: tuple[str, int],
+    *,
+    motions: Mapping[str, Motion] | None = None,
+    policy: Path | None = None,
+) -> TrialRun:
     """One seed of one trial.
 
     Args:
         job: Name of the trial, seed.
         motions: By name; the shipped ones if not given.
+        policy: ONNX file that crawls; the shipped one if not given.
     """
     trial, seed = TRIALS[job[0]], job[1]
     body = "biped" if trial.pose == "stand" or trial.ends is Mode.BIPED else "crawl"
-    drawn = draw_start(trial.pose, body, seed)
-    first = {"crawl": Mode.CRAWL, "stand": Mode.BIPED, "fall": Mode.CRAWL}.get(
-        trial.pose, Mode.RECOVER
-    )
+    crawls = policy or shipped_policy("crawl")
+    own = load_policy(crawls).default if trial.pose == "stance" else None
+    drawn = draw_start("crawl" if own is not None else trial.pose, body, seed, joints=own)
+    first = {
+        "crawl": Mode.CRAWL, "stance": Mode.CRAWL, "stand": Mode.BIPED, "fall": Mode.CRAWL,
+    }.get(trial.pose, Mode.RECOVER)  # fmt: skip
     start = replace(drawn.start, mode=first)
-    stack, robot = build_sim_stack(drawn.model, start, modes=trial.modes, motions=motions)
+    stack, robot = build_sim_stack(
+        drawn.model, start, policy={"crawl": crawls}, modes=trial.modes, motions=motions
+    )
     watch = Watch(robot, drawn)
     return _Course(trial, seed, stack, watch).run()
 
@@ -189,6 +204,11 @@ class _Course:
 
     def _change(self, mode: Mode, now: float, sample: Sample) -> None:
         """The mode machine went on."""
+        self.watch.gathers = mode is Mode.GATHER
+        if mode is Mode.GATHER:
+            self.watch.gathering.begin()
+        elif self._mode is Mode.GATHER and mode not in (Mode.RECOVER, Mode.STOP):
+            self.watch.gathering.done += 1
         self.asks.entered(mode, self._mode, now)
         if self.began is None and mode not in (Mode.CRAWL, Mode.BIPED):
             self.began, self.energy = now, sample.energy
@@ -240,6 +260,10 @@ class _Course:
             average_mps=way / seconds if rolls and seconds else None,
             heading_error_deg=abs(float(np.degrees(turn))) if rolls else None,
             push_ups=watch.push_ups.count if trial.name == "push_ups" else None,
+            gathers=(watch.gathering.begun, watch.gathering.done),
+            gather_lean_deg=float(np.degrees(watch.gathering.lean)),
+            gather_slid_m=watch.gathering.slid,
+            gather_force_N=watch.gathering.force,
             events=[f"{e.stamp:.2f} {e.before}>{e.after}: {e.why}" for e in self._events()],
         )
 
@@ -253,6 +277,7 @@ def motion_trials(
     seeds: int,
     seed: int = 0,
     motions: Mapping[str, Motion] | None = None,
+    policy: Path | None = None,
     workers: int = 0,
     progress: Progress | None = None,
 ) -> Motions:
@@ -263,11 +288,13 @@ def motion_trials(
         seeds: Number of seeds, >= 1.
         seed: The first.
         motions: By name; the shipped ones if not given.
+        policy: ONNX file that crawls; the shipped one if not given.
         workers: Processes; 0 takes one a CPU.
         progress: Called with the share done after each run.
 
     Raises:
         UnknownName: There is no such trial.
+        PolicyError: The policy cannot be read, or drives another body.
         InvalidInput: Less than one seed, or a motion is not there.
     """
     chosen = list(dict.fromkeys(names)) or list(TRIALS)
@@ -286,6 +313,9 @@ def motion_trials(
     if motions is None:
         for name in motion_names():
             load_motion(name)  # a mistake in a file shows before the work begins
+    if policy is not None:
+        controller_of(policy, "crawl")
     jobs = [(name, seed + k) for name in chosen for k in range(seeds)]
-    runs = run_jobs(partial(run_trial, motions=motions), jobs, workers=workers, progress=progress)
+    work = partial(run_trial, motions=motions, policy=policy)
+    runs = run_jobs(work, jobs, workers=workers, progress=progress)
     return summarise(runs, seeds=seeds, seed=seed)

@@ -11,15 +11,36 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobius.errors import InvalidInput
+from mobius.model.arm import gripper_pose
 from mobius.model.dimensions import LimbGeometry, limb_geometry
 from mobius.model.joints import LIMB_JOINTS
-from mobius.model.leg import ankle_ik, limb_axes
+from mobius.model.leg import ankle_ik, limb_axes, sole_position
 from mobius.types import LIMBS, NUM_JOINTS
 
 Array = NDArray[np.float64]
 
 ROUNDS = 30
 """Fixed-point rounds for the gripper's direction; the arm's plane turns little between them."""
+
+
+def ends(q: Array) -> Array:
+    """(4, 3) closed fingertips and soles below the ankles in B [m] at joint angles q (22,) [rad],
+    order LIMBS; NaN where a five-bar cannot be closed.
+    """
+    return np.array([end(limb, q) for limb in LIMBS])
+
+
+def end(limb: str, q: Array) -> Array:
+    """(3,) of :func:`ends`, of one limb."""
+    g, joints = limb_geometry(limb), q[LIMB_JOINTS[limb]]
+    return gripper_pose(g, joints)[0] if g.is_arm else sole_position(g, joints)
+
+
+def longest_step(a: Array, b: Array) -> float:
+    """Longest way [m] of a foot over the floor between two stances, joint angles (22,) [rad], the
+    trunk over one spot.
+    """
+    return float(np.linalg.norm((ends(a) - ends(b))[:, :2], axis=1).max())
 
 
 def nose_up(angle: float) -> Array:

@@ -210,6 +210,21 @@ def _fill(
     return qpos
 
 
+@cache
+def _alone() -> mujoco.MjModel:
+    return load_model("full", floor=False)
+
+
+def centre_of_mass(q: ArrayLike) -> Array:
+    """Centre of mass (3,) [m] in ``base_link`` at joint angles q (22,) [rad]."""
+    model = _alone()
+    data = mujoco.MjData(model)
+    data.qpos[:] = configuration(model, q)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return np.array(data.subtree_com[model.body("base_link").id])
+
+
 def compile_scene(xml: str) -> mujoco.MjModel:
     """A model from the MJCF of a scene that holds the robot.
 

@@ -2,6 +2,7 @@
 
 from mobius.modes.follow import FollowerConfig as FollowerConfig
 from mobius.modes.follow import PathFollower as PathFollower
+from mobius.modes.gather import Gather as Gather
 from mobius.modes.machine import SUCCESSORS as SUCCESSORS
 from mobius.modes.machine import Event as Event
 from mobius.modes.machine import MachineConfig as MachineConfig
@@ -11,6 +12,7 @@ from mobius.modes.modal import ModalFollower as ModalFollower
 from mobius.modes.motions import MotionPlayer as MotionPlayer
 from mobius.modes.motions import load_motion as load_motion
 from mobius.modes.motions import motion_names as motion_names
+from mobius.modes.motions.gather import Gathered as Gathered
 from mobius.modes.posture import FallDetector as FallDetector
 from mobius.modes.posture import Posture as Posture
 from mobius.modes.posture import posture_of as posture_of

@@ -40,7 +40,7 @@ class FollowerConfig:
     """Largest change of the commanded velocity [m/s^2]."""
     tolerance: float = 0.08
     """Distance to the goal that counts as there [m]."""
-    turn_room: float = 0.42
+    turn_room: float = 0.48
     """Distance to obstacles that turning on the spot needs [m]: corner radius and a margin."""
     narrow_speed: float = 0.22
     """Speed where there is less room than that [m/s]."""

@@ -3,9 +3,11 @@
 A source (follower, schedule, joystick) wants a primary mode and a twist. The machine lets the
 twist through while it is in that mode. Otherwise it inserts what lies between (Fig. 13): from
 crawl to biped STAND_UP, back LIE_DOWN, and a roll begins and ends in crawl. Before a switch the
-request must last, and the robot stand still. A fall, a motion that failed or one that takes too
-long lead to RECOVER and from there to a stance. What it does not do as asked it explains in
-:attr:`ModeMachine.notice` and :attr:`ModeMachine.events`.
+request must last, and the robot stand still. Where a crawl policy stands apart from the stance that
+motions begin in, GATHER comes first; what it was begun for follows, whatever is wanted then. A
+fall, a motion that failed or one that takes too long lead to RECOVER and from there to a stance.
+What it does not do as asked it explains in :attr:`ModeMachine.notice` and
+:attr:`ModeMachine.events`.
 """
 
 from __future__ import annotations
@@ -24,10 +26,13 @@ from mobius.types import Mode, ModeCommand, StateEstimate
 _ALWAYS = (Mode.RECOVER, Mode.STOP)
 
 SUCCESSORS: dict[Mode, frozenset[Mode]] = {
-    Mode.CRAWL: frozenset({Mode.CRAWL, Mode.STAND_UP, Mode.ROLL, Mode.PUSH_UPS, *_ALWAYS}),
+    Mode.CRAWL: frozenset(
+        {Mode.CRAWL, Mode.GATHER, Mode.STAND_UP, Mode.ROLL, Mode.PUSH_UPS, *_ALWAYS}
+    ),
     Mode.BIPED: frozenset({Mode.BIPED, Mode.LIE_DOWN, Mode.CLIMB, Mode.PULL_UP, *_ALWAYS}),
     Mode.ROLL: frozenset({Mode.ROLL, Mode.CRAWL, *_ALWAYS}),
     Mode.PUSH_UPS: frozenset({Mode.PUSH_UPS, Mode.CRAWL, *_ALWAYS}),
+    Mode.GATHER: frozenset({Mode.GATHER, Mode.STAND_UP, Mode.ROLL, Mode.PUSH_UPS, *_ALWAYS}),
     Mode.STAND_UP: frozenset({Mode.STAND_UP, Mode.BIPED, *_ALWAYS}),
     Mode.LIE_DOWN: frozenset({Mode.LIE_DOWN, Mode.CRAWL, *_ALWAYS}),
     Mode.CLIMB: frozenset({Mode.CLIMB, Mode.BIPED, *_ALWAYS}),
@@ -55,7 +60,7 @@ LEADS_TO = {
     Mode.PUSH_UPS: Mode.CRAWL,
     Mode.RECOVER: Mode.CRAWL,
 }
-"""Where a mode that ends by itself ends."""
+"""Where a mode that ends by itself ends; GATHER in the step that it was inserted before."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +100,8 @@ class Seen:
     """Of the controller that is on: running, done or failed."""
     reason: str = ""
     """Why it failed."""
+    apart: bool = False
+    """Whether it stands elsewhere than where motions begin."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +138,7 @@ class ModeMachine:
         self._since = -np.inf  # in this mode; the first step sets it
         self._wanted, self._wanted_since = self.mode, np.inf
         self._stamp, self._stale = 0.0, False
+        self._gathers_for = Mode.CRAWL
         self._walks_since, self._tries = -np.inf, 0
         self._watch, self._trust = TrustWatch(), TRUST_ALL
 
@@ -185,7 +193,7 @@ class ModeMachine:
             self._since = self._stamp
         if self._stale:
             self._stale = False
-        elif self.mode in LEADS_TO:
+        elif self.mode in LEADS_TO or self.mode is Mode.GATHER:
             self._follow_motion(seen)
         elif Mode.RECOVER in self.available and seen is not None:
             why = self._falls.fallen(self.mode, seen.belief, seen.q)
@@ -218,6 +226,8 @@ class ModeMachine:
 
     def _reached(self, seen: Seen) -> Mode:
         """The mode that a finished one leads to; a recovery may end standing."""
+        if self.mode is Mode.GATHER:
+            return self._gathers_for
         if self.mode is Mode.RECOVER and Mode.BIPED in self.available:
             standing = posture_of(seen.belief, seen.q) is Posture.STANDING
             if standing or Mode.CRAWL not in self.available:
@@ -243,6 +253,8 @@ class ModeMachine:
         if asked >= self.config.persist + self.config.settle - 1e-9 and (
             self._is_still(seen) or asked >= self.config.persist + self.config.settle_most
         ):
+            if seen is not None and seen.apart and Mode.GATHER in self.available:
+                self._gathers_for, step = step, Mode.GATHER
             self._switch(step, f"{wanted} wanted")
 
     def _is_still(self, seen: Seen | None) -> bool:

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.geometry import quat_conj, rotate
-from mobius.model import LIMB_JOINTS, limb_geometry
-from mobius.model.arm import gripper_pose
-from mobius.model.leg import sole_position
+from mobius.model.reach import end
 from mobius.types import LIMBS, Mode, StateEstimate
 
 Array = NDArray[np.float64]
@@ -57,9 +55,7 @@ def depths(q: Array, up_B: Array) -> Array:
 
 def depth(limb: str, q: Array, up_B: Array) -> float:
     """How far the end of one limb is below the trunk's centre [m]; as :func:`depths`."""
-    g, joints = limb_geometry(limb), q[LIMB_JOINTS[limb]]
-    end = gripper_pose(g, joints)[0] if g.is_arm else sole_position(g, joints)
-    return float(-np.nan_to_num(end) @ up_B)
+    return float(-np.nan_to_num(end(limb, q)) @ up_B)
 
 
 def posture_of(belief: StateEstimate, q: Array) -> Posture:

@@ -34,6 +34,7 @@ _LABEL = {
     Mode.CRAWL: "crawl",
     Mode.BIPED: "two legs",
     Mode.ROLL: "roll",
+    Mode.GATHER: "gather",
     Mode.STAND_UP: "stand up",
     Mode.LIE_DOWN: "lie down",
     Mode.RECOVER: "recover",

@@ -12,6 +12,7 @@ MODE_COLOURS: dict[str, str] = {
     Mode.ROLL: "#2f9e6e",
     Mode.CLIMB: "#a05ac8",
     Mode.PULL_UP: "#c2478a",
+    Mode.GATHER: "#9c8f5a",
     Mode.STAND_UP: "#b79a1d",
     Mode.LIE_DOWN: "#6f8896",
     Mode.RECOVER: "#cf4444",

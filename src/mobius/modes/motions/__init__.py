@@ -4,6 +4,8 @@ A motion is a list of stages; each moves the servo targets smoothly to a key pos
 wait for the trunk to turn. :func:`load_motion` reads one of ``data/NAME.json``.
 """
 
+from mobius.modes.motions.gather import Gathered as Gathered
+from mobius.modes.motions.gather import build_gather as build_gather
 from mobius.modes.motions.load import load_motion as load_motion
 from mobius.modes.motions.load import motion_names as motion_names
 from mobius.modes.motions.load import read_motion as read_motion
