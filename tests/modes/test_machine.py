@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mobius.errors import InvalidInput
+from mobius.model.poses import Stance, stance_keyframe
 from mobius.model.robot import keyframe_joints
 from mobius.modes import SUCCESSORS, ModeMachine, Seen, Trust, TrustWatch
 from mobius.modes.machine import LEADS_TO, TOWARDS
@@ -16,6 +17,10 @@ ALL = frozenset({M.CRAWL, M.BIPED, M.ROLL, M.GATHER, M.STAND_UP, M.LIE_DOWN, M.R
 POSES = {M.CRAWL: "crawl", M.BIPED: "stand"}
 
 
+OUT = stance_keyframe(Stance(arm_r=0.24, arm_turn=0.30, leg_r=0.19, leg_turn=0.20))[0]
+"""Where a policy may stand; its feet are 0.07 to 0.11 m from those of the keyframe."""
+
+
 class World:
     """Time goes on; motions are done after ``motion_s``."""
 
@@ -23,7 +28,7 @@ class World:
         self.belief_of, self.machine, self.motion_s = belief_of, machine, motion_s
         self.t, self.since, self.mode = 0.0, 0.0, machine.mode
         self.state, self.pose, self.v = None, None, (0.0, 0.0, 0.0)
-        self.apart = False
+        self.apart, self.joints = False, None
 
     def go(self, wanted, seconds, twist=(0.1, 0.0, 0.0)):
         """The modes that were on, without repeats."""
@@ -34,7 +39,7 @@ class World:
             pose = self.pose or POSES.get(self.machine.mode, "crawl")
             seen = Seen(
                 self.belief_of(self.t, pose=pose, v=self.v),
-                keyframe_joints_of(pose),
+                keyframe_joints_of(pose) if self.joints is None else self.joints,
                 state,
                 apart=self.apart and self.machine.mode is M.CRAWL,
             )
@@ -90,7 +95,7 @@ def test_it_inserts_what_lies_between(world, mode, wanted, way):
 )
 def test_a_policy_that_stands_apart_gathers_first(world, wanted, way):
     w = world()
-    w.apart = True
+    w.apart, w.joints = True, OUT
     assert w.go(wanted, 3.2)[: len(way)] == way
     assert all(b in SUCCESSORS[a] for a, b in pairwise(way))
 
@@ -98,14 +103,20 @@ def test_a_policy_that_stands_apart_gathers_first(world, wanted, way):
 def test_a_policy_that_does_not_or_a_robot_that_cannot_gather_goes_straight_on(world):
     assert world().go(M.BIPED, 1.0) == [M.CRAWL, M.STAND_UP]
     without = world(ALL - {M.GATHER})
-    without.apart = True
+    without.apart, without.joints = True, OUT
     assert without.go(M.BIPED, 1.0) == [M.CRAWL, M.STAND_UP]
+
+
+def test_feet_that_are_there_already_need_no_gathering(world):
+    w = world()
+    w.apart = True  # the policy would stand elsewhere, but the robot has not walked yet
+    assert w.go(M.BIPED, 1.0) == [M.CRAWL, M.STAND_UP]
 
 
 def test_what_it_gathered_for_follows_whatever_is_wanted_then(world):
     """Sources ask for a roll until the robot is no longer crawling, and then to crawl."""
     w = world()
-    w.apart = True
+    w.apart, w.joints = True, OUT
     assert w.go(M.ROLL, 0.9)[-1] is M.GATHER
     assert w.go(M.CRAWL, 2.5) == [M.GATHER, M.ROLL, M.CRAWL]
 
@@ -113,7 +124,7 @@ def test_what_it_gathered_for_follows_whatever_is_wanted_then(world):
 @pytest.mark.parametrize("state", ["failed", "running"])
 def test_gathering_that_fails_or_never_ends_leads_to_recovery(world, state):
     w = world(motion_s=1e9)
-    w.apart = True
+    w.apart, w.joints = True, OUT
     w.go(M.BIPED, 0.9)
     w.state = state
     w.go(M.BIPED, w.machine.config.timeout + 0.1)

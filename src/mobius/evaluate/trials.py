@@ -99,7 +99,7 @@ TRIALS: dict[str, Trial] = {
         Trial("roll", "crawl", Mode.ROLL, Mode.CRAWL, 10.0, 1.0, modes=("crawl", "roll")),
         Trial("five_rolls", "crawl", Mode.ROLL, Mode.CRAWL, 75.0, 1.0, ("crawl", "roll"), times=5),
         Trial("push_ups", "crawl", Mode.PUSH_UPS, Mode.CRAWL, 120.0, modes=("crawl", "push_ups")),
-        Trial("gather_stand", "stance", Mode.BIPED, Mode.BIPED, 7.5, modes=_BOTH),
+        Trial("gather_stand", "stance", Mode.BIPED, Mode.BIPED, 6.0, modes=_BOTH),
         Trial("gather_roll", "stance", Mode.ROLL, Mode.CRAWL, 11.5, 1.0, modes=("crawl", "roll")),
     )
 }

@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mobius.errors import InvalidInput
+from mobius.model.reach import longest_step
+from mobius.model.robot import keyframe_joints
 from mobius.modes.motions.player import State
 from mobius.modes.posture import FallDetector, Posture, posture_of
 from mobius.modes.trust import WALKING as TRUST_ALL
@@ -42,6 +44,9 @@ SUCCESSORS: dict[Mode, frozenset[Mode]] = {
 }
 """Which mode may follow which (Fig. 6 and the transitions of Fig. 13)."""
 
+AT_HOME = 0.045
+"""Feet at most this far from where the motions begin [m] need not step there: motions start from
+as far off after any walk."""
 WALKING = (Mode.CRAWL, Mode.BIPED)
 """Modes that last until another is wanted."""
 TOWARDS: dict[tuple[Mode, Mode], Mode] = {
@@ -101,7 +106,7 @@ class Seen:
     reason: str = ""
     """Why it failed."""
     apart: bool = False
-    """Whether it stands elsewhere than where motions begin."""
+    """Whether what is on stands elsewhere than where motions begin."""
 
 
 @dataclass(frozen=True)
@@ -253,9 +258,17 @@ class ModeMachine:
         if asked >= self.config.persist + self.config.settle - 1e-9 and (
             self._is_still(seen) or asked >= self.config.persist + self.config.settle_most
         ):
-            if seen is not None and seen.apart and Mode.GATHER in self.available:
+            if seen is not None and self._must_gather(seen):
                 self._gathers_for, step = step, Mode.GATHER
             self._switch(step, f"{wanted} wanted")
+
+    def _must_gather(self, seen: Seen) -> bool:
+        """Whether the feet must step to where motions begin; one that has just stood up from a
+        motion and not walked since stands there already.
+        """
+        if not seen.apart or Mode.GATHER not in self.available:
+            return False
+        return longest_step(seen.q, keyframe_joints("crawl")[0]) > AT_HOME
 
     def _is_still(self, seen: Seen | None) -> bool:
         if seen is None:

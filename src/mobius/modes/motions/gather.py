@@ -39,12 +39,12 @@ Feet = tuple[int, ...]
 
 LIFT = 0.03
 """How high the feet go [m]."""
-LEAN_S, STEP_S, SHIFT_S = 0.3, 0.32, 0.12
+LEAN_S, STEP_S, SHIFT_S = 0.2, 0.31, 0.12
 """Times to level the trunk and shift it over the first two feet, to step with a pair, and to shift
 from one pair to the other, and back to the middle [s]."""
 STILL_S = 0.1
 """The trunk comes to rest this long before the first pair lifts [s]; servos trail by 0.05 s."""
-REST_S, HOLD_S = 0.15, 0.1
+REST_S, HOLD_S = 0.12, 0.0
 """And to lower the trunk at the end, and to come to rest there [s]."""
 PAIRS: tuple[Feet, ...] = ((0, 3), (1, 2))
 """Which of LIMBS step together: left hand and right foot, right hand and left foot."""
