@@ -48,6 +48,8 @@ def test_replay_hands_the_run_to_the_viewer(log, monkeypatch):
     module = types.ModuleType("mobius.view.replay")
     module.show = lambda run, **options: shown.update(options, rows=len(run))
     monkeypatch.setitem(sys.modules, "mobius.view.replay", module)
+    assert main(["replay", str(log), "--port", "0"]) == 0
+    assert shown["port"] == 0  # what a taken port is told to be replaced with
     assert main(["replay", str(log), "--viewer", "native", "--port", "9000"]) == 0
     assert callable(shown.pop("ready"))
     assert shown == {"viewer": "native", "port": 9000, "shadows": True, "rows": 30}
@@ -57,6 +59,7 @@ def test_replay_hands_the_run_to_the_viewer(log, monkeypatch):
     ("words", "complaint"),
     [
         (["replay", "nowhere"], "no such run folder or log"),
+        (["replay", 300 * "a", "--info"], "the log cannot be read (File name too long)"),
         (["replay", "nowhere", "--viewer", "wed"], "Did you mean 'web'"),
         (["replay", "nowhere", "--port", "80"], "--port: expected a whole number >= 1024"),
         (["replay", "nowhere", "--port", "70000"], "--port: expected at most 65535"),

@@ -1,12 +1,15 @@
 """``mobius ros2`` and ``mobius model``: mistakes in one line, files whole or absent."""
 
+import os
+import signal
+import time
 import xml.etree.ElementTree as ET
 
 import mujoco
 import pytest
 
 from mobius.cli import main
-from mobius.cli.ros2 import advice
+from mobius.cli.ros2 import advice, ends_between_ticks
 
 
 def run(capsys, *argv: str) -> tuple[int, str, str]:
@@ -30,6 +33,7 @@ def run(capsys, *argv: str) -> tuple[int, str, str]:
         (("--speed", "2"), "speed: expected a share in (0, 1], got 2"),
         (("--deadman", "-1"), "--deadman"),
         (("--record", "log.bag"), "--record: expected a file that ends in .mcap"),
+        (("--modes", ""), "--modes: expected at least crawl or biped, got none"),
         (("--modes", "crwl"), "Did you mean 'crawl'"),
         (("--listen", "bla", "--seconds", "1"), "expected free addresses such as"),
         (("--policy", "nowhere.onnx"), "nowhere.onnx"),
@@ -85,3 +89,24 @@ def test_the_model_is_written_as_urdf_and_as_mjcf(capsys, tmp_path):
 def test_a_wrong_ending_is_refused(argv, says, capsys):
     code, _, err = run(capsys, "model", *argv)
     assert code == 2 and says in err
+
+
+def test_what_fails_before_the_robot_turns_leaves_no_log(capsys, tmp_path):
+    log = tmp_path / "run.mcap"
+    code, _, err = run(
+        capsys, "ros2", "--modes", "crawl", "--record", str(log), "--listen", "bla",
+    )  # fmt: skip
+    assert (code, err.count("\n")) == (2, 1)
+    assert not log.exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_noted_and_a_second_one_ends_the_program(number):
+    before = signal.getsignal(number)
+    with ends_between_ticks() as ended:
+        os.kill(os.getpid(), number)
+        assert ended.wait(5)
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+            time.sleep(5)
+    assert signal.getsignal(number) is before

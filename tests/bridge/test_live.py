@@ -6,9 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mobius.bridge import pilot
 from mobius.bridge.live import Live
 from mobius.bridge.messages import CLOCK_HZ, HEARD, TOPICS
 from mobius.bridge.to_ros import STORE
+from mobius.errors import InvalidInput
+from mobius.modes import ModeMachine
+from mobius.types import Mode
 
 PERIODIC = ("frame", "belief", "command", "target", "truth", "status", "picture")
 
@@ -37,6 +41,7 @@ class Graph:
 class Remote:
     def __init__(self) -> None:
         self.taken: list[tuple[str, object]] = []
+        self.refused: dict[str, str] = {}
 
     def __getattr__(self, name):
         return lambda value: self.taken.append((name, value))
@@ -97,3 +102,17 @@ def zero(kind):
         else:
             values[name] = np.zeros(0)
     return STORE.types[kind](**values)
+
+
+def test_who_asks_for_what_is_not_there_can_read_why_until_he_asks_for_something_else():
+    graph = Graph()
+    remote = pilot.Remote(ModeMachine(frozenset({Mode.CRAWL})), {})
+    Live(graph, remote)
+    ask = graph.ears["/mobius/mode_request", "std_msgs/msg/String"]
+    said = STORE.types["std_msgs/msg/String"]
+    for wrong, why in (("fly", "got 'fly'"), ("biped", "expected one of crawl, stop")):
+        with pytest.raises(InvalidInput):
+            ask(said(data=wrong))
+        assert why in remote.refused["/mobius/mode_request"]
+    ask(said(data="crawl"))
+    assert remote.refused == {}

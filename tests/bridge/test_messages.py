@@ -84,8 +84,8 @@ def test_a_picture_keeps_its_pixels_and_its_lens(nouns):
     name = "/camera/color/image_raw"
     np.testing.assert_array_equal(decode(name, encode(name, picture)), picture.pixels)
     message = sent("/camera/color/camera_info", nouns)
-    # 6 x 4 pixels, focal length 5: the middle of the picture is (3, 2)
-    assert message.k.tolist() == [5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]
+    # 6 x 4 pixels, focal length 5: the middle lies between columns 2 and 3, rows 1 and 2
+    assert message.k.tolist() == [5.0, 0.0, 2.5, 0.0, 5.0, 1.5, 0.0, 0.0, 1.0]
     assert (message.width, message.height) == (6, 4)
     assert message.header.frame_id in {f.name for f in fixed_frames()}
 

@@ -232,3 +232,18 @@ def test_a_goal_without_a_map_is_refused():
     remote, _ = build()
     with pytest.raises(InvalidInput, match="no map to plan on; start with --map"):
         remote.take_goal(np.zeros(2))
+
+
+def test_a_flood_of_requests_pushes_no_stop_out():
+    remote, _ = build()
+    remote.take_stop(True)
+    with pytest.raises(InvalidInput, match="100 orders wait already"):
+        for _ in range(200):
+            remote.take_mode(Mode.BIPED)
+    remote.attend(belief())
+    assert remote.machine.stopped
+    for _ in range(100):
+        remote.take_mode(Mode.CRAWL)
+    remote.take_stop(False)  # the 101st
+    remote.attend(belief())
+    assert not remote.machine.stopped

@@ -16,7 +16,7 @@ from mobius.bridge.to_ros import STORE
 from mobius.control.bodies import BODIES
 from mobius.control.observation import heading_twist
 from mobius.errors import InvalidInput
-from mobius.geometry import rpy_to_quat
+from mobius.geometry import rotate, rpy_to_quat
 from mobius.model.joints import JOINTS
 from mobius.model.passive import PASSIVE
 from mobius.model.robot import addresses, configuration
@@ -294,3 +294,27 @@ def test_a_bag_of_another_recorder_reads_as_well(nouns, tmp_path):
     np.testing.assert_array_equal(run.q[0], nouns["frame"].q)
     assert run.counts == {"/battery": 1, "/joint_states": 1}
     assert "/battery                        1  not read by mobius" in describe(run)
+
+
+def test_a_bag_of_the_live_topics_reads_though_others_speak_in_it(nouns, tmp_path):
+    """As ros2 bag record -a leaves it: a teleop's Twist, and robot_state_publisher's frames."""
+    ours = TOPICS["/tf_static"].to_ros(nouns["pose_MO"])
+    others = STORE.types["tf2_msgs/msg/TFMessage"](transforms=ours.transforms[1:])
+    stamped = TOPICS["/mobius/command"].to_ros(nouns["command"])
+    bag = Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP)
+    with bag:
+        for name, *messages in (
+            ("/tf_static", others, ours),
+            ("/cmd_vel", stamped.twist),
+            ("/mobius/command", stamped),
+            ("/joint_states", TOPICS["/joint_states"].to_ros(nouns["frame"])),
+            ("/odom", TOPICS["/odom"].to_ros(nouns["belief"])),
+        ):
+            kind = messages[0].__msgtype__
+            connection = bag.add_connection(name, kind, typestore=STORE)
+            for message in messages:
+                bag.write(connection, 5_000_000_000, STORE.serialize_cdr(message, kind))
+    run = open_run(tmp_path / "bag")
+    np.testing.assert_array_equal(run.cmd_twist_H[0], nouns["command"].twist_H)
+    pose, belief = nouns["pose_MO"], nouns["belief"]
+    np.testing.assert_allclose(run.believed.p_M[0], pose.p + rotate(pose.q, belief.p_OB))

@@ -1,5 +1,7 @@
 """A goal given on the way: where it may be, how it is driven, how it ends."""
 
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -116,3 +118,30 @@ def test_a_bug_in_the_planner_is_not_swallowed(world):
 def test_without_crawl_there_is_no_errand(world):
     with pytest.raises(InvalidInput, match="expected crawl among the modes"):
         Errand(world, (Mode.BIPED,))
+
+
+def test_a_plan_in_the_making_does_not_hold_up_the_end_of_the_program():
+    """As Ctrl-C while a large map is planned."""
+    program = """
+import threading
+from mobius.mission import open_world
+from mobius.mission.errand import Errand
+from mobius.types import Mode
+begun = threading.Event()
+def for_ever(*_, **__):
+    begun.set()
+    threading.Event().wait()
+world = open_world("demo")
+job = Errand(world, (Mode.CRAWL,), planning=for_ever)
+job.go(world.grid.goal, world.grid.start, Mode.CRAWL)
+assert begun.wait(30)
+job.close()
+print("closed", flush=True)
+"""
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "closed\n"
+        assert process.wait(timeout=20) == 0
+    finally:
+        process.kill()
+        process.wait()

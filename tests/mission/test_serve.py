@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from mobius.bridge.messages import TOPICS, decode
+from mobius.bridge.read_run import open_run
 from mobius.bridge.record import McapRecorder
 from mobius.control.policy import load_policy, shipped_policy
+from mobius.errors import MapError
 from mobius.mission.serve import build_served, serve
 from mobius.pace import Pace
 from mobius.robot import TICK
@@ -124,3 +126,37 @@ def test_a_goal_is_planned_told_and_reached():
     assert np.linalg.norm(path[-1] - goal) < 0.5
     assert len(graph.sent["/plan"]) == 1
     assert graph.last("/mobius/status")["goal"] == "arrived"
+
+
+def test_it_ends_between_two_ticks_when_it_is_told_to(floor):
+    begun = floor.stack.tick
+    _, timing = run(floor, 5.0, ended=lambda: floor.stack.tick >= begun + 123)
+    assert floor.stack.tick == begun + 123
+    assert timing.simulated == pytest.approx(123 * TICK)
+
+
+def test_its_log_shows_the_map_it_was_driven_on(tmp_path):
+    served = build_served("demo", modes=("crawl",), seed=4)
+    with McapRecorder(path=tmp_path / "run.mcap", about=served.about()) as recorder:
+        run(served, 0.5, recorder=recorder)
+    shown = open_run(tmp_path / "run.mcap")
+    assert not shown.notes
+    assert (shown.about.map, shown.about.seed) == ("demo", 4)
+    assert shown.model().ngeom == served.robot.model.ngeom
+    assert shown.about.versions["mujoco"]
+
+
+def test_what_was_not_taken_is_in_the_status(floor):
+    floor.remote.refused["/goal_pose"] = "goal: there is no map"
+    graph, _ = run(floor, 1.0)
+    assert graph.last("/mobius/status")["refused"] == ["/goal_pose: goal: there is no map"]
+    floor.remote.refused.clear()
+
+
+def test_a_map_that_physics_cannot_build_is_the_maps_mistake(monkeypatch):
+    def wrong(*_, **__):
+        raise ValueError("size 0 must be positive\nin geom")
+
+    monkeypatch.setattr("mobius.world.scene.build_scene", wrong)
+    with pytest.raises(MapError, match=r"map 'demo': physics cannot build it \(size 0 must be"):
+        build_served("demo")

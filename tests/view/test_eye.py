@@ -7,7 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from mobius.bridge.camera import Picture, info
 from mobius.errors import MobiusError
+from mobius.model.cameras import Camera
 from mobius.view.eye import Eye
 from mobius.view.gl import gl_available
 
@@ -75,8 +77,36 @@ def test_a_child_that_dies_is_told(model):
             eye.look(np.array([0.0]), 1.0)
 
 
+def test_what_the_camera_info_says_is_where_things_are_drawn():
+    """A board whose edges lie on the edges of pixels, so that its pixels have an exact middle."""
+    width, height, depth, at = 40, 30, 2.0, (5, -3)
+    focal = Camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 60.0).focal(height)
+    x, y, half = (depth / focal * pixels for pixels in (*at, 4))
+    scene = f"""
+    <mujoco>
+      <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+      <worldbody>
+        <body>
+          <joint type="slide"/>
+          <camera name="head" pos="0 0 0" fovy="60"/>
+          <geom type="sphere" size="0.01" pos="0 0 1" mass="1"/>
+        </body>
+        <geom type="box" size="{half} {half} 0.001" pos="{x} {y} {-depth - 0.001}"
+         rgba="1 0 0 1"/>
+      </worldbody>
+    </mujoco>"""
+    with Eye(mujoco.MjModel.from_xml_string(scene), size=(width, height)) as eye:
+        stamp, pixels = picture(eye, 0.0, 1.0)
+    rows, columns = np.nonzero(pixels[..., 0] > 100)
+    assert len(rows) == 64
+    k = info(Picture(stamp, pixels, focal)).k.reshape(3, 3)
+    u, v, w = k @ [x, -y, depth]  # optical frame: x right, y down, z forward
+    np.testing.assert_allclose([columns.mean(), rows.mean()], [u / w, v / w], atol=1e-6)
+
+
 def test_nothing_is_left_behind(model):
     with Eye(model, size=(40, 30)) as eye:
         folder, child = eye._folder.name, eye._child
+        assert os.getpgid(child.pid) != os.getpgid(0)  # Ctrl-C ends the robot's program alone
     assert not os.path.exists(folder)
     assert child.poll() is not None

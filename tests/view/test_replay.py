@@ -1,8 +1,11 @@
 """A recorded run in the viewer's hands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from mobius.bridge.about import About
 from mobius.bridge.read_run import open_run
 from mobius.mission import run as run_mission
 from mobius.model.robot import addresses
@@ -116,3 +119,11 @@ def test_play_at_the_end_begins_again(run, player):
     player.send(Play(True))
     step(player, 1.0)
     assert player.playing and player.t == pytest.approx(run.t[0] + 1.0)
+
+
+def test_obstacles_are_left_out_where_the_log_holds_no_scene_with_them(run):
+    """The empty floor has no bodies to put them at, and Studio would end at that."""
+    poses = np.tile([1.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], (2, 1))
+    bare = Player(replace(run, about=About(), obstacles=((0.0, poses),)), clock=Clock())
+    assert bare.model.nmocap == 0
+    assert bare.snapshot(0).mocap is None

@@ -50,9 +50,13 @@ def image(picture: Picture) -> Any:
 
 
 def info(picture: Picture) -> Any:
-    """How the camera projects: pinhole, principal point in the middle."""
+    """How the camera projects: pinhole, principal point in the middle.
+
+    ROS and OpenCV count pixels from the centre of the first one, which is 0: the middle of four
+    pixels is 1.5.
+    """
     height, width, _ = picture.pixels.shape
-    f, cx, cy = picture.focal, 0.5 * width, 0.5 * height
+    f, cx, cy = picture.focal, 0.5 * (width - 1), 0.5 * (height - 1)
     types = STORE.types
     return types["sensor_msgs/msg/CameraInfo"](
         header=header(picture.stamp, _FRAME),

@@ -117,6 +117,15 @@ def transform(message: Any) -> Pose:
     return Pose(p=_vector(tf.translation), q=_quaternion(tf.rotation))
 
 
+def map_to_odom(message: Any) -> Pose | None:
+    """Pose of odom in map, if the message says it; robot_state_publisher says others."""
+    for found in message.transforms:
+        if (found.header.frame_id, found.child_frame_id) == ("map", "odom"):
+            there = found.transform
+            return Pose(p=_vector(there.translation), q=_quaternion(there.rotation))
+    return None
+
+
 def cmd_vel(message: Any) -> Array:
     """(3,) vx, vy [m/s], wz [rad/s] in base_footprint, of a Twist or a TwistStamped.
 

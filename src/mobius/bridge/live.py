@@ -8,6 +8,7 @@ from typing import Any
 from mobius.bridge.link import Node, Speaker
 from mobius.bridge.messages import CLOCK_HZ, HEARD, TOPICS, Topic, due_rows, encode
 from mobius.bridge.pilot import Remote
+from mobius.errors import MobiusError
 
 __all__ = ["Live"]
 
@@ -64,4 +65,13 @@ class Live:
     @staticmethod
     def _listen(node: Node, name: str, kind: str, from_ros: Any, method: str, remote: Any) -> None:
         take = getattr(remote, method)
-        node.hear(name, kind, lambda message: take(from_ros(message)))
+
+        def heard(message: Any) -> None:
+            try:
+                take(from_ros(message))
+            except MobiusError as error:
+                remote.refused[name] = str(error)
+                raise
+            remote.refused.pop(name, None)
+
+        node.hear(name, kind, heard)

@@ -33,6 +33,8 @@ SILENCE = 0.5
 """A twist or a held button counts this long [s]."""
 _EARLY = 1 / 60
 """The command after a silence comes at the next 60 Hz tick; asked for this much earlier [s]."""
+MOST_ORDERS = 100
+"""So many goals, modes and stops may wait for the next tick; a further stop always may."""
 ONCE = (Mode.ROLL, Mode.PUSH_UPS)
 """Modes that end by themselves: wanted once, not for ever."""
 
@@ -112,7 +114,9 @@ class Remote:
         self._twist: _Pushed | None = None
         self._stick: _Pushed | None = None
         self._stop_held = self._taken = False
-        self._orders: deque[tuple[str, Any]] = deque(maxlen=100)
+        self._orders: deque[tuple[str, Any]] = deque()
+        self.refused: dict[str, str] = {}
+        """By topic: why the last message was not taken; gone once one is."""
 
     # -- heard, in any thread ---------------------------------------------------------------
 
@@ -131,7 +135,7 @@ class Remote:
             )
         stop = bool(buttons[pad.stop])
         if stop and not self._stop_held:
-            self._orders.append(("stop", True))
+            self.take_stop(True)
         self._stop_held = stop
         if buttons[pad.held]:
             share = np.clip(axes[[pad.forward, pad.left, pad.turn]], -1.0, 1.0)
@@ -145,17 +149,26 @@ class Remote:
         if mode is not Mode.STOP and mode not in known:
             names = ", ".join([*known, Mode.STOP])
             raise InvalidInput(f"mode request: expected one of {names}, got '{mode}'")
-        self._orders.append(("stop", True) if mode is Mode.STOP else ("mode", mode))
+        if mode is Mode.STOP:
+            self.take_stop(True)
+        else:
+            self._put("mode", mode)
 
     def take_goal(self, goal: Array) -> None:
         """A place (2,) [m], frame map. Raises InvalidInput without a map."""
         if self.errands is None:
             raise InvalidInput("goal: there is no map to plan on; start with --map")
-        self._orders.append(("goal", goal))
+        self._put("goal", goal)
 
     def take_stop(self, stop: bool) -> None:
-        """Emergency stop, or its release."""
+        """Emergency stop, or its release; there is always room for one more."""
         self._orders.append(("stop", stop))
+
+    def _put(self, what: str, value: Any) -> None:
+        """An order that may be refused where nobody has carried out those before."""
+        if len(self._orders) >= MOST_ORDERS:
+            raise InvalidInput(f"{what}: {MOST_ORDERS} orders wait already, send fewer")
+        self._orders.append((what, value))
 
     # -- carried out, in the stack's thread --------------------------------------------------
 

@@ -17,13 +17,15 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, McapRecord, Messag
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from mobius.bridge.about import FORMAT, RECORD, SCENE, About
-from mobius.bridge.messages import TOPICS
+from mobius.bridge.messages import HEARD, TOPICS
 from mobius.bridge.to_ros import STORE
 from mobius.errors import InvalidInput, did_you_mean
 
 __all__ = ["Log", "find_log", "read_log"]
 
 _MAGIC = b"\x89MCAP0\r\n"
+_OTHERS = {(heard.name, heard.type) for heard in HEARD}
+"""Topics and types that others say to the robot."""
 _CUT = "cut off, or still being written"
 
 
@@ -76,6 +78,13 @@ def find_log(path: str | Path) -> Path:
         InvalidInput: There is none, or there are several.
     """
     path = Path(path)
+    try:
+        return _found(path)
+    except OSError as error:  # a name that is too long, a folder that may not be looked into
+        raise InvalidInput(f"{path}: the log cannot be read ({error.strerror})") from None
+
+
+def _found(path: Path) -> Path:
     if path.is_file():
         return path
     if not path.exists():
@@ -197,6 +206,8 @@ class _Filling:
         self._topics[channel.id] = channel.topic
         row = TOPICS.get(channel.topic)
         kind = self._schemas.get(channel.schema_id, "")
+        if row is not None and kind != row.type and (row.name, kind) in _OTHERS:
+            row = None  # said by somebody else, as /cmd_vel in a bag of ros2 bag record
         if row is not None and (kind != row.type or channel.message_encoding != "cdr"):
             raise InvalidInput(
                 f"{self._log.path}: {channel.topic}: expected {row.type} in cdr, got"

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobius.bridge.about import About
-from mobius.bridge.from_ros import plan_facts
+from mobius.bridge.from_ros import map_to_odom, plan_facts
 from mobius.bridge.read_log import Log, read_log
 from mobius.bridge.series import between, held, latest, read_only, turned_between
 from mobius.control.bodies import BODIES
@@ -183,7 +183,9 @@ def open_run(path: str | Path) -> Run:
     t = read_only(np.array(times))
     q, dq, torque = (read_only(np.array([row[k] for row in joints])) for k in range(3))
     modes = _modes(log, t)
-    pose_MO = (log.series("/tf_static")[1] or [None])[0]
+    poses_MO = [p for p in log.series("/tf_static", map_to_odom)[1] if p is not None]
+    pose_MO = poses_MO[0] if poses_MO else None
+    commands = "/mobius/command" if "/mobius/command" in log.messages else "/cmd_vel"
     imu_t, imu = log.series("/imu/data")
     plans = _plans(log)
     return Run(
@@ -199,7 +201,7 @@ def open_run(path: str | Path) -> Run:
         accel_I=held(imu_t, [row[1] for row in imu], t),
         true=_track(log.series("/mobius/ground_truth"), t, modes, None),
         believed=_track(log.series("/odom"), t, modes, pose_MO),
-        cmd_twist_H=held(*log.series("/cmd_vel"), t),
+        cmd_twist_H=held(*log.series(commands), t),
         contact=held(*log.series("/mobius/contacts"), t),
         modes=modes,
         grid=(log.series("/map")[1] or [None])[-1],

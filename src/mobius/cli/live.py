@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,7 +25,8 @@ class Drive:
     host: str = "127.0.0.1"
     """Address the page is served on. Beyond this machine a token is asked of everybody."""
     token: str = ""
-    """The token to ask for, at least 16 characters; drawn and printed if left out."""
+    """The token to ask for, at least 16 characters; that of the environment (MOBIUS_TOKEN, which
+    other users cannot read), else one that is drawn and printed, if left out."""
     seconds: float | None = None
     """End after so many seconds of wall time; when the program is ended if left out."""
     seed: int = 0
@@ -54,7 +56,9 @@ class Drive:
         from mobius.drive.run import drive
         from mobius.view.live.guard import Door, is_loopback, new_token
 
-        token = self.token or ("" if is_loopback(self.host) else new_token())
+        token = self.token or os.environ.get("MOBIUS_TOKEN", "")
+        if not token and not is_loopback(self.host):
+            token = new_token()
         door = Door(self.host, self.port, token)
         driven = drive(
             self.map,

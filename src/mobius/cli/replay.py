@@ -27,13 +27,14 @@ class Replay:
     viewer: str = "web"
     """web (in the browser) or native (a window here)."""
     port: int = 8080
-    """Port of the page on this machine, 1024 to 65535."""
+    """Port of the page on this machine, 1024 to 65535; 0 takes the first free one from 8080 on."""
     shadows: bool = True
     """Draw shadows; --no-shadows helps browsers without a graphics card."""
 
     def __call__(self) -> int:
         """Print or show."""
-        at_least("--port", self.port, 1024)
+        if self.port != 0:
+            at_least("--port", self.port, 1024)
         if self.port > LAST_PORT:
             raise InvalidInput(f"--port: expected at most {LAST_PORT}, got {self.port}")
         if self.viewer not in VIEWERS:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from mobius.cli.common import XY, at_least, place
@@ -47,7 +47,7 @@ class Ros2:
     camera: bool = False
     """Publish pictures of the head camera (needs OpenGL)."""
     record: Path | None = None
-    """Log to write at the end, ends in .mcap."""
+    """Log to write as it goes, new, ends in .mcap."""
     policy: str | None = None
     """ONNX file, or flat or rough, for the crawling robot; rough where the map is, if left out."""
     seed: int = 0
@@ -59,7 +59,7 @@ class Ros2:
         """Serve until the time is over or Ctrl-C."""
         from mobius.headless import import_mujoco
 
-        domain = self._check()
+        domain, modes = self._check(), self._modes()
         import_mujoco()
         from mobius.bridge.link import HERE, ROUTER, Node
         from mobius.bridge.record import McapRecorder
@@ -69,14 +69,13 @@ class Ros2:
         served = build_served(
             self.map,
             start=self.start,
-            modes=[m for word in self.modes for m in word.split(",") if m],
+            modes=modes,
             seed=self.seed,
             randomised=self.randomised,
             policy=self.policy,
             speed=self.speed,
             deadman=self.deadman,
         )
-        recorder = None if self.record is None else McapRecorder(path=self.record)
         pace = Pace(served.stack)
         hurry()
         connect, listen = self.connect or (ROUTER,), self.listen or (HERE,)
@@ -87,21 +86,21 @@ class Ros2:
             node = held.enter_context(
                 Node(domain=domain, connect=connect, listen=listen, scouting=self.scouting)
             )
+            recorder = None  # begun last: what fails before leaves no log
+            if self.record is not None:
+                recorder = held.enter_context(McapRecorder(path=self.record, about=served.about()))
             print(advice(domain, connect, with_map=self.map is not None), flush=True)
-            try:
-                held.enter_context(ends_on_sigterm())
-                serve(
-                    served,
-                    node,
-                    seconds=self.seconds,
-                    pace=pace,
-                    recorder=recorder,
-                    pictures=pictures,
-                )
-            except KeyboardInterrupt:
-                print("", file=sys.stderr)
-        if recorder is not None and self.record is not None:
-            recorder.close()
+            ended = held.enter_context(ends_between_ticks())
+            serve(
+                served,
+                node,
+                seconds=self.seconds,
+                pace=pace,
+                recorder=recorder,
+                pictures=pictures,
+                ended=ended.is_set,
+            )
+        if recorder is not None:
             print(f"log          {self.record}")
         t = pace.timing()
         print(
@@ -122,6 +121,12 @@ class Ros2:
         if self.record is not None and self.record.suffix != ".mcap":
             raise InvalidInput(f"--record: expected a file that ends in .mcap, got {self.record}")
         return self._domain()
+
+    def _modes(self) -> list[str]:
+        modes = [m for word in self.modes for m in word.split(",") if m]
+        if not modes:
+            raise InvalidInput("--modes: expected at least crawl or biped, got none")
+        return modes
 
     def _domain(self) -> int:
         said = os.environ.get("ROS_DOMAIN_ID") or "0"
@@ -144,13 +149,25 @@ class Ros2:
 
 
 @contextmanager
-def ends_on_sigterm() -> Iterator[None]:
-    """SIGTERM, as service managers send it, ends a run like Ctrl-C: log and summary are written."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def ends_between_ticks() -> Iterator[Event]:
+    """Ctrl-C, and SIGTERM as service managers send it, set an event: the tick is finished and the
+    log closed, no message of it is torn. A second one ends the program at once.
+    """
+    ended = Event()
+
+    def end(*_: object) -> None:
+        if ended.is_set():
+            raise KeyboardInterrupt
+        ended.set()
+
+    before: dict[int, Any] = {signal.SIGTERM: signal.signal(signal.SIGTERM, end)}
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # a shell's background job
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, end)
     try:
-        yield
+        yield ended
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def advice(domain: int, connect: tuple[str, ...], *, with_map: bool) -> str:

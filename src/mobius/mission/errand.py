@@ -8,8 +8,10 @@ late; :class:`mobius.pace.Pace` tells.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import replace
+from queue import SimpleQueue
+from threading import Thread
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,7 +74,7 @@ class Errand:
         if Mode.CRAWL not in modes:
             raise InvalidInput("errand: expected crawl among the modes; recoveries end in it")
         self._world, self._modes, self._planning = world, tuple(modes), planning
-        self._wait, self._pool = wait, ThreadPoolExecutor(1, thread_name_prefix="planner")
+        self._wait, self._planner = wait, _Planner()
         self._pilot: Pilot | None = None
         self._made: Future[tuple[World, Plan]] | None = None
         self.plan: Plan | None = None
@@ -100,7 +102,7 @@ class Errand:
         world = replace(self._world, grid=grid)
         body = actual if actual in BODIES else Mode.CRAWL
         self.state = "planning"
-        self._made = self._pool.submit(self._make, world, foothold, body)
+        self._made = self._planner.submit(lambda: self._make(world, foothold, body))
 
     def _make(self, world: World, start: Array, body: Mode) -> tuple[World, Plan]:
         return world, self._planning(world, self._modes, start=start, last_mode=body)
@@ -114,9 +116,9 @@ class Errand:
             self.state, self.notice = "idle", "somebody took the controls"
 
     def close(self) -> None:
-        """End the planning thread."""
+        """End the planning thread; a plan that is being made is not waited for."""
         self.cancel()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._planner.close()
 
     def command(self, belief: StateEstimate, actual: Mode) -> ModeCommand | None:
         """The next 60 Hz command; None while there is nowhere to go."""
@@ -147,3 +149,40 @@ class Errand:
         self.plan = plan
         self._pilot = Pilot(world, plan, self._modes, planning=self._planning)
         self.state, self.notice = "driving", ""
+
+
+Made = Future[tuple[World, Plan]]
+
+
+class _Planner:
+    """Makes plans one after another, in a thread that the end of the program does not wait for, as
+    it would for one of a ThreadPoolExecutor: a large map may take minutes.
+    """
+
+    def __init__(self) -> None:
+        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        self._thread: Thread | None = None
+
+    def submit(self, make: Callable[[], tuple[World, Plan]]) -> Made:
+        if self._thread is None:
+            self._thread = Thread(target=_work, args=(self._jobs,), name="planner", daemon=True)
+            self._thread.start()
+        made: Made = Future()
+        self._jobs.put((made, make))
+        return made
+
+    def close(self) -> None:
+        self._jobs.put(None)
+
+
+_Job = tuple[Made, Callable[[], tuple[World, Plan]]]
+
+
+def _work(jobs: SimpleQueue[_Job | None]) -> None:
+    while (job := jobs.get()) is not None:
+        made, make = job
+        if made.set_running_or_notify_cancel():
+            try:
+                made.set_result(make())
+            except BaseException as error:  # raised where the plan is asked for
+                made.set_exception(error)

@@ -5,21 +5,24 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mobius.bridge.about import About
 from mobius.bridge.link import Node
 from mobius.bridge.live import Live
 from mobius.bridge.pilot import Gamepad, Remote
 from mobius.bridge.record import McapRecorder
 from mobius.control.bodies import BODIES
+from mobius.errors import MapError
 from mobius.mission.body import DRIVABLE
 from mobius.mission.errand import Errand
 from mobius.mission.floor import floor_of
 from mobius.mission.prepare import open_world
+from mobius.mission.summary import versions
 from mobius.model.urdf import build_urdf
 from mobius.pace import Pace, Timing
 from mobius.robot import TICK
@@ -46,8 +49,22 @@ class Served:
     world: World | None
     errand: Errand | None
     remote: Remote
+    scene: str = ""
+    """The scene as MJCF, for logs; empty on the endless floor."""
+    seed: int = 0
+    """Of friction, mass, delay and sensors."""
     plan: Plan | None = None
     """The plan said last."""
+
+    def about(self) -> About:
+        """What a log says of it as a whole."""
+        return About(
+            map="" if self.world is None else self.world.name,
+            seed=self.seed,
+            variation=asdict(self.robot.variation),
+            versions=versions(),
+            scene=self.scene,
+        )
 
 
 def build_served(
@@ -83,13 +100,19 @@ def build_served(
     world = None if source is None else open_world(source, start=start, need=("start",))
     place, ground = (0.0, 0.0), None
     if world is None:
-        model = flat_model()
+        model, scene = flat_model(), ""
     else:
-        model = build_scene(world, load_spec("full")).compile()
+        try:
+            spec = build_scene(world, load_spec("full"))
+            model, scene = spec.compile(), spec.to_xml()
+        except ValueError as error:
+            raise MapError(
+                f"map '{world.name}': physics cannot build it ({' '.join(str(error).split())})"
+            ) from None
         assert world.grid.start is not None  # open_world saw to it
         place, ground = (float(world.grid.start[0]), float(world.grid.start[1])), floor_of(world)
     model.opt.timestep = TICK
-    body = "crawl" if "crawl" in modes else str(modes[0])
+    body = "crawl" if "crawl" in modes else "biped" if "biped" in modes else str(modes[0])
     crawl = policy or ("rough" if world is not None and world.rough else "flat")
     stack, robot = build_sim_stack(
         model,
@@ -103,7 +126,7 @@ def build_served(
     limits = {b.mode: (np.array(b.command_low), np.array(b.command_high)) for b in BODIES.values()}
     pad = Gamepad(held=deadman)
     remote = Remote(stack.machine, limits, speed=speed, gamepad=pad, errands=errand)
-    return Served(stack, robot, world, errand, remote)
+    return Served(stack, robot, world, errand, remote, scene, seed)
 
 
 def serve(
@@ -115,6 +138,7 @@ def serve(
     recorder: McapRecorder | None = None,
     pictures: Callable[[Any, float], Any] | None = None,
     watch: Callable[[Sample, Timing], None] | None = None,
+    ended: Callable[[], bool] | None = None,
 ) -> Timing:
     """Turn the robot in real time, say what it does, do what is heard.
 
@@ -127,6 +151,7 @@ def serve(
         pictures: Called at 60 Hz with the robot and its time [s]; gives a
             :class:`mobius.bridge.camera.Picture` when one is ready, else None.
         watch: Called twice a second.
+        ended: Asked at every tick whether to end now.
 
     Returns:
         How well real time was kept.
@@ -146,7 +171,7 @@ def serve(
     sample: Sample | None = None
     truth: StateEstimate | None = None
     with _calm():
-        while stack.tick < until:
+        while stack.tick < until and not (ended is not None and ended()):
             remote.attend(belief)
             node.check()
             turned = pace.turn(remote.command)
@@ -219,6 +244,7 @@ def _status(served: Served, timing: Timing) -> dict[str, Any]:
         "wanted": served.remote.wanted.value,
         "available": sorted(m.value for m in machine.available if m is not Mode.STOP),
         "notice": machine.notice,
+        "refused": [f"{k}: {why}" for k, why in sorted(dict(served.remote.refused).items())],
         "goal": "no map" if errand is None else errand.state,
         "goal_notice": "" if errand is None else errand.notice,
         "real_time_factor": round(timing.recent_factor, 4),

@@ -54,6 +54,7 @@ class Eye:
             env={**os.environ, "MUJOCO_GL": backend, "LP_NUM_THREADS": "1"},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C is for the robot's program, which ends its child
         )
         self._asked: float | None = None
         self._seen: tuple[float, Pixels] | None = None

@@ -129,8 +129,13 @@ class Player:
             arrived=False,
             frozen=not self.playing,
             recording="",
-            mocap=run.mocap_at(self.t),
+            mocap=self._mocap(),
         )  # fmt: skip
+
+    def _mocap(self) -> Array | None:
+        """Obstacles (k, 7), where the scene shown has them: an empty floor has not."""
+        poses: Array | None = self.run.mocap_at(self.t)
+        return poses if poses is not None and len(poses) == self.model.nmocap else None
 
     def _way(self, plan: Plan | None) -> Way:
         if plan is None:

@@ -54,7 +54,9 @@ class Door:
                 " characters, or none on 127.0.0.1"
             )
         if not set(self.token) <= TOKEN_LETTERS:
-            raise InvalidInput("--token: expected letters, digits, '-', '_', '.' and '~' alone")
+            raise InvalidInput(
+                "--token or MOBIUS_TOKEN: expected letters, digits, '-', '_', '.' and '~' alone"
+            )
         if not 0 <= self.port < 65536:
             raise InvalidInput(f"--port: expected 0 to 65535, got {self.port}")
 
