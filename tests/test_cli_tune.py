@@ -30,6 +30,7 @@ def test_tune_as_json_is_one_object(capsys):
         (["tune", "walls"], "Did you mean 'wall'"),
         (["tune", "wall", "--start", "best"], "one_for_all"),
         (["tune", "wall", "--stiffness", "-1"], "--stiffness: expected N/m > 0"),
+        (["tune", "two_arms", "--start", "guess"], "does not go with two_arms"),
         (["tune", "wall", "--png", "a.jpg"], ".png"),
         (["eval", "tuning", "--seeds", "0"], "--seeds"),
         (["eval", "tuning", "--start", "best"], "one_for_all"),

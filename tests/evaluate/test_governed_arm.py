@@ -89,6 +89,7 @@ def test_a_variant_that_the_arms_do_not_know_is_refused(capsys):
 
 
 def test_a_margin_without_the_arms_or_out_of_range_is_refused(capsys):
-    for more in (["--margin", "0.2"], ["--arm", "--margin", "1"], ["--arm", "--margin", "nan"]):
+    for more in (["--margin", "0.2"], ["--arm", "--margin", "1"], ["--arm", "--margin", "nan"],
+                 ["--arm", "--margin", "0.1", "0.2"]):  # fmt: skip
         assert main(["eval", "governor", *more]) == 2
         assert "--margin: expected --arm and a number" in capsys.readouterr().err

@@ -62,6 +62,11 @@ def test_mistakes_on_the_command_line_are_told_in_a_line(capsys, tmp_path):
         (["moas", "--environment", "0", "50000"], "N/m: LinearSystem.A: expected a stable loop"),
         (["moas", "--disturbance", "30"], "no state is admissible"),
         (["moas", "--save", str(tmp_path / "a.txt")], "ends in .npz"),
+        (
+            ["moas", "--environment", "0", "0", "--samples", "1000"]
+            + ["--save", "/dev/null/a.npz"],
+            "cannot be written",
+        ),
     ):
         assert main(argv) == 2
         assert said in capsys.readouterr().err

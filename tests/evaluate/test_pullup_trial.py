@@ -1,5 +1,6 @@
 """Pull-ups in physics: the hang holds and is symmetric, draws repeat, faults have names."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +92,19 @@ def test_the_summary_counts_impossible_grasps_apart():
     assert (figures["trials"], figures["successes"], figures["impossible_grasps"]) == (3, 1, 1)
     assert figures["return_error_m"] == pytest.approx(0.004)
     assert "1 of 3" in as_text(result) and "1 of 2" in as_text(result)
+
+
+def test_a_trial_that_never_held_is_plain_json_too():
+    from mobius.evaluate.pullup import PullUpTrial
+
+    early = replace(
+        GOOD, head_m=-np.inf, lifted_m=-np.inf, return_error_m=(), gave_m=(), ended="abort"
+    )
+    assert "before the hold" in early.fault(2)
+    result = PullUps(0, (15.0,), [PullUpTrial(0, True, False, early.fault(2), early)])
+    run = json.loads(json.dumps(result.as_json(), allow_nan=False))["runs"][0]
+    assert run["head_m"] is None and run["lifted_m"] is None
+    assert "before the hold" in as_text(result)
 
 
 def test_at_rest_no_servo_needs_three_quarters_of_its_stall_torque_anywhere_on_the_way():

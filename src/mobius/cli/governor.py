@@ -24,8 +24,9 @@ class EvalGovernor:
     """Number of episodes, >= 1; 10,000 steps of 1/300 s each, with --arm 3,000."""
     seed: int = 0
     """The first seed; any whole number >= 0."""
-    margin: float | None = None
-    """With --arm: share of every limit that governors keep free, >= 0 and < 1; 0.3 if left out."""
+    margin: tuple[float, ...] = ()
+    """With --arm: share of every limit that governors keep free, or one each of position, velocity
+    and wrench, >= 0 and < 1; 0.3 if left out."""
     variant: tuple[str, ...] = ()
     """none, algorithm_3, algorithm_3_repaired (not with --arm), exact; all if left out."""
     workers: int = 0
@@ -40,9 +41,11 @@ class EvalGovernor:
         at_least("--seeds", self.seeds, 1)
         at_least("--seed", self.seed, 0)
         at_least("--workers", self.workers, 0)
-        if self.margin is not None and not (self.arm and 0 <= self.margin < 1):
+        good = len(self.margin) in (1, 3) and all(0 <= m < 1 for m in self.margin)
+        if self.margin and not (self.arm and good):
             raise InvalidInput(
-                f"--margin: expected --arm and a number >= 0 and < 1, got {self.margin:g}"
+                "--margin: expected --arm and a number >= 0 and < 1, or three, got"
+                f" {' '.join(f'{m:g}' for m in self.margin)}"
             )
         from contextlib import nullcontext
 
@@ -83,12 +86,15 @@ class EvalGovernor:
             result = governed_arm(
                 seeds=self.seeds,
                 seed=self.seed,
-                margin=ARM_MARGIN if self.margin is None else self.margin,
+                margin=ARM_MARGIN if not self.margin else self._shares(),
                 variants=variants,
                 workers=self.workers,
                 progress=lambda share: bar("governor", share),
             )
         return result.as_json(), arm_as_text(result)
+
+    def _shares(self) -> tuple[float, ...]:
+        return self.margin * 3 if len(self.margin) == 1 else self.margin
 
     def _variants(self, known: tuple[str, ...]) -> tuple[str, ...]:
         for name in self.variant:
@@ -109,7 +115,7 @@ class Moas:
     mass: float | None = None
     """M, > 0."""
     damping: float | None = None
-    """D, >= 0."""
+    """D, > 0."""
     stiffness: float | None = None
     """K, >= 0."""
     force_gain: float | None = None
@@ -178,8 +184,13 @@ class Moas:
         if self.save is not None:
             from mobius.files import write_json_atomic
 
-            rows.save(self.save)
-            write_json_atomic(self.save.with_suffix(".json"), told)
+            try:
+                rows.save(self.save)
+                write_json_atomic(self.save.with_suffix(".json"), told)
+            except OSError as error:
+                raise InvalidInput(
+                    f"--save: {self.save} cannot be written ({error.strerror}); choose another file"
+                ) from None
         if self.png is not None:
             from mobius.reproduce.fig_18 import draw
 

@@ -42,6 +42,8 @@ class Tune:
         """Tune, draw and print."""
         if self.contact not in CONTACTS:
             raise UnknownName("contact", self.contact, CONTACTS)
+        if self.contact == "two_arms" and self.start != Tune.start:
+            raise InvalidInput("--start does not go with two_arms, which has its own first gains")
         at_least("--seed", self.seed, 0)
         png_file("--png", self.png)
         if self.stiffness is not None and not 0 < self.stiffness < 1e9:

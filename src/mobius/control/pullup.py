@@ -150,6 +150,8 @@ class PullUp:
         self._began: float | None = None
         self._lost_since = np.inf
         self._last_along = np.zeros(2)
+        if self.tuner is not None:
+            self.tuner.forget()
         self._arms: Array | None = None
 
     def act(self, command: ModeCommand, belief: StateEstimate, frame: SensorFrame) -> JointCommand:

@@ -9,6 +9,7 @@ pushes, and its stiffness jumps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -29,11 +30,11 @@ Array = NDArray[np.float64]
 
 ARM_VARIANTS = ("none", "algorithm_3", "exact")
 """What stands between the wish and the loop."""
-ARM_MARGIN = 0.30
-"""Share of every limit kept free on the arm. It covers what the model of an axis leaves out: second
-order of servos and links (the hand overshoots its command), servos that give way to a force, sag
-that changes with the pose, the other axes and joints (IK), and filter, noise and drift of the
-wrists. Nearly all of it is the speed of the hand."""
+ARM_MARGIN = (0.30, 0.30, 0.30)
+"""Shares of the limits of position, velocity and wrench kept free on the arm. They cover what the
+model of an axis leaves out: second order of servos and links (the hand overshoots its command),
+servos that give way to a force, sag that changes with the pose, the other axes and joints (IK), and
+filter, noise and drift of the wrists. Nearly all of it is the speed of the hand."""
 ARM_TICKS = 3_000
 """Of an episode: 10 s."""
 LIMITS = ("position", "command_velocity", "hand_velocity", "wrench")
@@ -53,8 +54,9 @@ class ArmGoverning:
     """The first."""
     steps: int
     """Of every variant."""
-    margin: float
-    """Share of every limit that the governors keep free; violations are of the whole limits."""
+    margin: tuple[float, ...]
+    """Shares of the limits of position, velocity and wrench that the governors keep free;
+    violations are of the whole limits."""
     violations: dict[str, int]
     """Steps with a limit of any axis of any arm broken, by variant."""
     by_limit: dict[str, dict[str, int]]
@@ -162,7 +164,7 @@ def governors_of(variant: str, axis: Axis) -> dict[tuple[int, str], Any]:
     return {key: _Late(NearestGovernor(samples_of(axis, False))) for key in keys}
 
 
-def episode(axis: Axis, variant: str, margin: float, seed: int, ticks: int) -> _Count:
+def episode(axis: Axis, variant: str, margin: Sequence[float], seed: int, ticks: int) -> _Count:
     """One episode; the limits of ``axis`` are counted, those less the margin are governed."""
     rig, drawn = ArmRig(seed), _Episode(axis, seed, ticks)
     hooks = governors_of(variant, with_margin(axis, margin))
@@ -196,7 +198,7 @@ def _holds(hook: Any) -> bool:
     return isinstance(hook, ScalarGovernor) and not hook.verdict.ok
 
 
-def _work(job: tuple[Axis, str, float, int, int]) -> _Count:
+def _work(job: tuple[Axis, str, Sequence[float], int, int]) -> _Count:
     return episode(*job)
 
 
@@ -205,7 +207,7 @@ def governed_arm(
     seeds: int,
     seed: int = 0,
     ticks: int = ARM_TICKS,
-    margin: float = ARM_MARGIN,
+    margin: float | Sequence[float] = ARM_MARGIN,
     variants: tuple[str, ...] = ARM_VARIANTS,
     axis: Axis = AXES[0],
     workers: int = 0,
@@ -217,14 +219,16 @@ def governed_arm(
         seeds: Number of episodes, >= 1.
         seed: The first.
         ticks: Of an episode.
-        margin: Share of every limit that governors keep free.
+        margin: Share of every limit that governors keep free, or one each of position, velocity
+            and wrench.
         variants: Some of :data:`ARM_VARIANTS`.
         axis: Gains, limits and assumptions of all three translations of both arms.
         workers: Processes; 0 takes one a CPU.
         progress: Called with the share done.
     """
     axis = shape_of(axis)
-    jobs = [(axis, v, margin, s, ticks) for v in variants for s in range(seed, seed + seeds)]
+    shares = (margin,) * 3 if isinstance(margin, int | float) else tuple(margin)
+    jobs = [(axis, v, shares, s, ticks) for v in variants for s in range(seed, seed + seeds)]
     counts = run_jobs(_work, jobs, workers=workers, progress=progress)
     by_variant = {v: counts[k * seeds : (k + 1) * seeds] for k, v in enumerate(variants)}
 
@@ -235,7 +239,7 @@ def governed_arm(
         seeds=seeds,
         seed=seed,
         steps=seeds * ticks,
-        margin=margin,
+        margin=shares,
         violations={v: sum(c.broken for c in part) for v, part in by_variant.items()},
         by_limit={v: told(np.sum([c.by_limit for c in p], axis=0)) for v, p in by_variant.items()},
         worst={v: told(np.max([c.worst for c in p], axis=0)) for v, p in by_variant.items()},
@@ -254,7 +258,8 @@ def arm_as_text(result: ArmGoverning) -> str:
     lines += [
         f"{result.steps} steps of 1/300 s of both simulated arms; largest value over its limit, and"
         " steps beyond it",
-        f"governors keep {100 * result.margin:.0f} % of every limit free; steps out of reach:"
+        "governors keep free of the limits of position, velocity, wrench:"
+        f" {', '.join(f'{100 * m:.0f} %' for m in result.margin)}; steps out of reach:"
         f" {' '.join(f'{v} {n}' for v, n in result.unreachable.items())}",
     ]
     return "\n".join(lines)

@@ -57,9 +57,10 @@ class PullUpTruth:
     """Measured over one trial."""
 
     head_m: float
-    """Top of the head above the bar's axis, at the end of the quiet hold [m]."""
+    """Top of the head above the bar's axis, at the end of the quiet hold [m]; -inf where it ended
+    before."""
     lifted_m: float
-    """Rise of the trunk from dead hang to hold [m]."""
+    """Rise of the trunk from dead hang to hold [m]; -inf where it ended before."""
     return_error_m: tuple[float, ...]
     gave_m: tuple[float, ...]
     """Way down under each push [m]."""
@@ -88,6 +89,8 @@ class PullUpTruth:
             return "a grasp broke"
         if self.fallen:
             return "it fell"
+        if self.head_m == -np.inf:
+            return f"ended in phase '{self.ended}', before the hold"
         if not self.head_m > 0.0:
             return f"head {100 * self.head_m:.1f} cm from the bar's height"
         if len(self.return_error_m) < pushes:
@@ -102,8 +105,9 @@ class PullUpTruth:
         return ""
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values."""
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+        """Plain values; None for what was never measured."""
+        plain = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+        return {k: None if v == -np.inf else v for k, v in plain.items()}
 
 
 class PullUpJudge:

@@ -70,6 +70,13 @@ def test_a_configuration_can_be_changed_in_one_place():
     assert replace(d, stiffness=[5.0] * 6).D.tolist() == [300.0] * 6
 
 
+def test_our_own_parameters_of_the_sensor_go_by_their_names():
+    c = from_ros({"ft_sensor.sign": -1, "ft_sensor.timeout": 0.02, "ft_sensor.deadband": [0.5] * 6})
+    assert (c.ft_sensor.sign, c.ft_sensor.timeout) == (-1, 0.02)
+    with pytest.raises(UnknownName, match="'D'"):
+        from_ros({"D": [1.0] * 6})
+
+
 def test_unknown_names_are_told_with_the_nearest():
     with pytest.raises(UnknownName, match=r"Did you mean 'admittance\.stiffness'"):
         from_ros({"admittance.stifness": [1.0] * 6})

@@ -184,6 +184,53 @@ def test_one_governor_may_serve_several_axes_in_one_call():
     assert not a.governed[0].any()
 
 
+def test_a_restart_begins_with_the_reference_that_stands_still():
+    """Left at an old reference a governor would make the arm drive there first."""
+    safe = axis_set(replace(AXES[0], environment=(0.0, 0.0)))
+    governor = ScalarGovernor(safe)
+    axis = AXES[0]
+    law = Admittance(
+        [
+            AdmittanceConfig(
+                stiffness=[axis.stiffness] * 6, damping=[axis.damping] * 6, mass=[axis.mass] * 6
+            )
+        ],
+        governors={(0, "z"): governor},
+    )
+    for _ in range(300):
+        law.step(heard(0.0), six(0.06)[None], NONE)
+    assert governor.v[0] == pytest.approx(0.06)
+    law.reset()
+    np.testing.assert_array_equal(governor.v, 0.0)
+    law.reset(six(-0.03)[None])
+    np.testing.assert_allclose(governor.v, [-0.03, 0.0])
+
+
+@pytest.mark.parametrize("which", ["x_ref", "wrench_ref"])
+def test_a_reference_that_is_no_number_holds_and_is_forgotten(which):
+    gains = {"stiffness": six(200.0, 5.0), "integral_position": six(20.0)}
+    c = Admittance([AdmittanceConfig(**gains)] * 2)
+    w = np.zeros((2, 6))
+    quiet = Wrenches(w, w, np.ones(2, dtype=bool), w > 0)
+    good = np.tile(six(0.05), (2, 1))
+    bad = good.copy()
+    bad[0, 2] = np.nan
+    for _ in range(50):
+        c.step(quiet, good, w)
+    for _ in range(60):
+        motion = c.step(quiet, *((bad, w) if which == "x_ref" else (good, bad)))
+    assert motion.holding.tolist() == [True, False]
+    assert np.isfinite(c.state).all() and abs(motion.v[0, 2]) < 1e-3
+    for _ in range(3000):
+        motion = c.step(quiet, good, w)
+    np.testing.assert_allclose(motion.x[:, 2], 0.053, atol=1e-3)
+
+
+def test_references_of_the_wrong_size_are_told():
+    with pytest.raises(InvalidInput, match=r"expected shape \(1, 6\)"):
+        controller().step(heard(0.0), np.zeros((1, 5)), NONE)
+
+
 def test_mistakes_are_told():
     for key in ((0, ()), (0, ("x", "q")), (0, ("x", "x"))):
         with pytest.raises(InvalidInput, match="governors"):

@@ -102,6 +102,23 @@ def test_what_cannot_be_reached_keeps_the_last_targets_and_is_told():
     assert x[2] == pytest.approx(loop.law.state[0, 2, 0], abs=2e-3)
 
 
+def test_out_of_reach_the_integral_does_not_wind_up():
+    config = mobius_config(
+        position_max=[2.0] * 6, position_min=[-2.0] * 6, integral_force=[0.5] * 3 + [0.0] * 3
+    )
+    loop = ForceLoop(config, config)
+    loop.start(TARGETS)
+    loop.wrench_reference[0, 2] = -30.0
+    reading = free(loop)
+    z = []
+    for _ in range(1200):
+        out = loop.step(frame(reading), LEVEL)
+        z.append(loop.law.state[0, 2, 2] if out.unreachable[0] else 0.0)
+    stuck = np.flatnonzero(z)
+    assert len(stuck) > 300  # 15 N/s would be 15 N and more; now and then a tick is in reach
+    assert z[stuck[-1]] == pytest.approx(z[stuck[0]], abs=1.0)
+
+
 def test_a_silent_sensor_holds_its_arm_only():
     loop = unloaded()
     reading = free(loop)

@@ -112,6 +112,29 @@ def test_more_than_the_limits_is_clipped_and_told():
     assert out.clipped[0].tolist() == [False, False, True, False, False, False]
 
 
+def test_one_wild_reading_is_one_reading_at_the_limit():
+    """150 N, of which the filter lets 30 % through, gone within a few ticks."""
+    c = conditioner(filter_coefficient=0.3)
+    quiet, wild = np.zeros((1, 6)), np.zeros((1, 6))
+    wild[0, 2] = 1e30
+    c.update(quiet, UP, SAME)
+    assert c.update(wild, UP, SAME).wrench_C[0, 2] == pytest.approx(45.0)
+    for _ in range(20):
+        out = c.update(quiet, UP, SAME)
+    assert out.wrench_C[0, 2] < 0.1
+
+
+def test_frames_that_are_no_numbers_lose_the_reading_and_nothing_else():
+    c = conditioner()
+    good = np.arange(1.0, 7.0)[None]
+    c.update(good, UP, SAME)
+    for up, R in ((np.nan * UP, SAME), (UP, np.nan * SAME)):
+        out = c.update(good, up, R)
+        assert not out.fresh.any()
+        np.testing.assert_array_equal(out.wrench_C, good)
+        assert c.update(good, UP, SAME).fresh.all()
+
+
 def test_a_wrong_number_of_wrenches_is_told():
     with pytest.raises(InvalidInput, match=r"expected shape \(1, 6\), a row a gripper"):
         conditioner().update(np.zeros((2, 6)), UP, SAME)

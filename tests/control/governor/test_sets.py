@@ -192,6 +192,9 @@ def test_a_set_survives_a_file(tmp_path, axis_rows):
     again = AdmissibleSet.load(tmp_path / "a.npz")
     assert (again.G_x == axis_rows.G_x).all()
     assert again.as_json() == axis_rows.as_json()
-    (tmp_path / "b.npz").write_text("no")
-    with pytest.raises(InvalidInput, match="saved admissible set"):
-        AdmissibleSet.load(tmp_path / "b.npz")
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    for k, broken in enumerate((b"no", b"", b"PK\x03\x04 half a file")):
+        (tmp_path / f"{k}.npz").write_bytes(broken)
+    for name in ("0.npz", "1.npz", "2.npz", "array.npy"):
+        with pytest.raises(InvalidInput, match="saved admissible set"):
+            AdmissibleSet.load(tmp_path / name)

@@ -101,5 +101,8 @@ def test_a_margin_tightens_all_three_limits():
     assert (tight.position_max, tight.velocity_max, tight.wrench_max) == pytest.approx(
         (0.09, 0.36, 36.0)
     )
-    with pytest.raises(InvalidInput, match="margin"):
-        with_margin(Axis(), 1.0)
+    each = with_margin(Axis(), (0.3, 0.5, 0.0))
+    assert (each.position_max, each.velocity_max, each.wrench_max) == pytest.approx((0.07, 0.2, 40))
+    for bad in (1.0, (0.1, 0.2), (0.1, 0.2, float("nan")), (0.1, -0.2, 0.3)):
+        with pytest.raises(InvalidInput, match="margin"):
+            with_margin(Axis(), bad)

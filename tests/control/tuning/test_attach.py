@@ -87,6 +87,24 @@ def test_a_sensor_that_comes_and_goes_teaches_nothing():
     assert loop.law.gains[0, 2, 1] == 4000.0
 
 
+def test_what_a_law_does_that_takes_over_by_degrees_is_not_shown_to_the_tuner():
+    config = mobius_config(selected_axes=Z_ONLY)
+    loop = ForceLoop(config, config)
+    loop.start(TARGETS)
+    table, rng = Table(loop), np.random.default_rng(0)
+    tuner = Tuner(config.axis(2), 2)
+    attached, kept = Attached(tuner, [(0, "z"), (1, "z")]), []
+    for k in range(100):
+        attached.before(loop)
+        wrench = np.full((2, 6), np.nan) if k < 5 else None
+        out = loop.step(table.frame(rng), LEVEL, wrench_S=wrench)
+        attached.after(loop, out)
+        table.move(out.command.q)
+        kept.append(len(tuner._rows))
+    resume = round(config.resume_time / DT)
+    assert max(kept[: 4 + resume]) == 0 < kept[-1]
+
+
 def test_mistakes_are_told():
     tuner = Tuner(mobius_config().axis(2), 1)
     with pytest.raises(UnknownName, match="0 or 1, z"):

@@ -99,6 +99,17 @@ def test_a_window_with_a_drop_out_is_not_used():
     assert not [r for r in reports if r is not None]  # a window is 450 ticks
 
 
+def test_a_number_that_is_none_is_a_drop_out_and_not_the_end_of_tuning():
+    contact = Contact("wall", 5000.0)
+    tuner = Tuner(SLUGGISH)
+    tuner.observe(np.zeros((1, 4)), [0.0], [0.0], filtered=[0.0])
+    tuner.observe(np.zeros((1, 4)), [np.nan], [0.0], filtered=[0.0])
+    verdicts = [
+        r.verdict for _t, r in run(contact, SLUGGISH, seconds=9.0, seed=0, tuner=tuner).reports
+    ]
+    assert "taken" in verdicts
+
+
 def test_a_step_that_would_be_unstable_is_shrunk_or_refused(monkeypatch):
     """The filter is made to ask for a hundredth of the damping at every measurement."""
     contact = Contact("wall", 20_000.0)

@@ -226,13 +226,15 @@ def from_ros(parameters: Mapping[str, Any]) -> AdmittanceConfig:
 
     Args:
         parameters: E.g. ``{"admittance.mass": [...], "ft_sensor.frame.id": "wrist"}``; our own
-            parameters go by their names here (``force_gain``).
+            parameters go by their names here (``force_gain``, ``ft_sensor.timeout``).
 
     Raises:
         UnknownName: A parameter that means nothing here.
         InvalidInput: A value that does not fit.
     """
-    own = {f.name for f in fields(AdmittanceConfig)} - {"ft_sensor", "gravity_compensation"}
+    own = {f.name for f in fields(AdmittanceConfig) if f.init}
+    own -= {"ft_sensor", "gravity_compensation"}
+    own |= {f"ft_sensor.{f.name}" for f in fields(FtSensor)}
     top: dict[str, Any] = {}
     nested: dict[str, dict[str, Any]] = {"ft_sensor": {}, "gravity_compensation": {}}
     for name, value in parameters.items():

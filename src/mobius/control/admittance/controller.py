@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Protocol
 
 import numpy as np
@@ -26,7 +27,11 @@ Flags = NDArray[np.bool_]
 
 
 class Governor(Protocol):
-    """Lets a reference through as far as it is safe, built from the law of one axis."""
+    """Lets a reference through as far as it is safe, built from the law of one axis.
+
+    One that keeps its last reference should have ``reset(x, v)`` as well, see
+    :meth:`Admittance.reset`.
+    """
 
     def step(self, x: Array, r: Array) -> Array:
         """Reference v (2,) to use now, for the law's state x (4,) and the wished r (2,).
@@ -49,7 +54,7 @@ class Motion:
     v: Array
     """(n, 6) its rate."""
     holding: Flags
-    """(n,) no wrench: it comes to rest or stands."""
+    """(n,) no wrench, or references that are not finite: it comes to rest or stands."""
     position_clipped: Flags
     """(n, 6) the law wanted beyond ``position_min`` or ``position_max``."""
     velocity_clipped: Flags
@@ -115,6 +120,12 @@ class Admittance:
         """(n, 6, 6) M, D, K, K_f, K_fi, K_pi of every axis; a copy."""
         return self._gains.copy()
 
+    @property
+    def resuming(self) -> Flags:
+        """(n,) the law does not act in full: no wrench, or it takes over by degrees."""
+        below: Flags = self._trust < 1.0
+        return below
+
     def set_gains(self, arm: int, axis: str, gains: AxisGains) -> None:
         """Change the gains of an axis; x, v and the integral stay as they are."""
         if axis not in AXES:
@@ -127,22 +138,61 @@ class Admittance:
         self._step[arm, at] = np.concatenate([A[0], B[0], E[0]], axis=1)
 
     def reset(self, x: ArrayLike | None = None) -> None:
-        """Stand still at deviation x (n, 6), zero if not given, with empty integrals."""
+        """Stand still at deviation x (n, 6), zero if not given, with empty integrals.
+
+        Governors with a method ``reset(x, v)`` begin there, too, with the reference that stands
+        still.
+        """
         self.state = np.zeros((self.n, 6, 4))
         """(n, 6, 4) x, v, z, y of every axis."""
         if x is not None:
             self.state[..., 0] = self.state[..., 3] = x
         self._trust = np.ones(self.n)
+        for (arm, at), governor in zip(self._places, self.governors.values(), strict=True):
+            begin = getattr(governor, "reset", None)
+            if begin is not None:
+                state = self.state[arm, at].copy()
+                begin(state, np.stack([state[..., 0], 0.0 * state[..., 0]], axis=-1))
+
+    def stand(self, grippers: Flags, before: Array) -> None:
+        """Grippers that could not follow the last tick stand where they were before it.
+
+        Their integrals may only shrink meanwhile, as at any other limit.
+
+        Args:
+            grippers: (n,) which.
+            before: (n, 6, 4) state before the tick.
+        """
+        s, b = self.state, before
+        s[grippers, :, 0] = b[grippers, :, 0]
+        s[grippers, :, 1] = 0.0
+        grows = grippers[:, None] & (np.abs(s[..., 2]) > np.abs(b[..., 2]))
+        s[..., 2] = np.where(grows, b[..., 2], s[..., 2])
 
     def step(self, wrenches: Wrenches, x_ref: Array, wrench_ref: Array) -> Motion:
-        """One tick.
+        """One tick. A gripper whose references are not finite holds, as without a wrench.
 
         Args:
             wrenches: Of all grippers, law axes.
             x_ref: (n, 6) wished deviation [m, rad].
             wrench_ref: (n, 6) wished wrench by the environment on the gripper [N, N m].
+
+        Raises:
+            InvalidInput: A reference has the wrong shape.
         """
         s, fresh = self.state, wrenches.fresh
+        if x_ref.shape != (self.n, 6) or wrench_ref.shape != (self.n, 6):
+            raise InvalidInput(
+                f"Admittance.step: x_ref, wrench_ref: expected shape ({self.n}, 6), a row a"
+                f" gripper, got {x_ref.shape} and {wrench_ref.shape}"
+            )
+        # squares add up to a finite number only if all are
+        if not isfinite(np.vdot(x_ref, x_ref) + np.vdot(wrench_ref, wrench_ref)):
+            both = np.isfinite(np.concatenate([x_ref, wrench_ref], axis=1))
+            sound: Flags = np.logical_and.reduce(both, axis=1)
+            fresh = fresh & sound
+            x_ref = np.where(sound[:, None], x_ref, s[..., 0])
+            wrench_ref = np.where(sound[:, None], wrench_ref, 0.0)
         # a lost wrench is felt at once, a found one by degrees
         self._trust = np.where(fresh, np.minimum(self._trust + self._resume, 1.0), 0.0)
         u = np.empty((self.n, 6, 7))

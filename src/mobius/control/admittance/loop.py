@@ -153,7 +153,7 @@ class ForceLoop:
         up_S, R_CS = self.frames(frame, q_WB)
         readings = frame.wrench_S if wrench_S is None else wrench_S
         wrenches = self.wrench.update(readings, up_S, R_CS, age=age)
-        before = self.law.state[..., 0].copy()
+        before = self.law.state.copy()
         motion = self.law.step(wrenches, self.x_ref, self.wrench_reference)
         q = self._joints(motion.x)
         inside = np.isfinite(q) & (q >= _LOW) & (q <= _HIGH)
@@ -161,8 +161,7 @@ class ForceLoop:
         bad: Flags = np.logical_not(inside.all(axis=1))
         if bad.any():
             q = np.where(bad[:, None], self._arms, q)
-            self.law.state[bad, :, 0] = before[bad]
-            self.law.state[bad, :, 1] = 0.0
+            self.law.stand(bad, before)
         self._arms = q
         targets = np.array(self._targets)
         targets[ARMS] = q.ravel()

@@ -8,17 +8,20 @@ Frames: S the sensor's own, G the closed fingertips (same axes as S, shifted by 
 3. moved from the sensor's point to the fingertips, turned into the law's axes C;
 4. minus the load that was there at the start, found by taring in C (the robot's own weight,
    when it hangs);
-5. exponential filter, clip, deadband.
+5. clip, exponential filter, deadband. Clipped first, one wild reading counts as one reading at
+   the limit, not as many.
 
 A reading, times the sensor's sign, is what the environment and gravity together do to the
 gripper: pushed up by the floor with 10 N, f_z in W is +10. A reading with a
-NaN, or older than the time-out, is not used: the last result stays and is marked.
+NaN, or older than the time-out, or whose frames are not finite, is not used: the last result stays
+and is marked.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +43,7 @@ class Wrenches:
     wrench_C: Array
     """(n, 6) by the environment on the gripper at the fingertips, axes C [N, N m]."""
     raw_C: Array
-    """(n, 6) the same before filter, clip and deadband, for whoever identifies or tunes."""
+    """(n, 6) the same before clip, filter and deadband, for whoever identifies or tunes."""
     fresh: Flags
     """(n,) False where the reading was NaN or stale; ``wrench_C`` is then the last good one."""
     clipped: Flags
@@ -78,7 +81,7 @@ class WrenchConditioner:
 
     @property
     def filtered_C(self) -> Array:
-        """(n, 6) output of the filter, before clip and deadband [N, N m]; a copy."""
+        """(n, 6) output of the filter, before the deadband [N, N m]; a copy."""
         return self._filtered.copy()
 
     def tare_sensor(self, wrench_S: Array, up_S: Array) -> None:
@@ -124,11 +127,14 @@ class WrenchConditioner:
         else:
             raw = self._moved(np.where(fresh[:, None], wrench_S, 0.0), up_S, R_CS) - self.load_C
             raw = np.where(fresh[:, None], raw, self._filtered)
+        if not isfinite(raw.sum()):  # an attitude or an arm's angle was not
+            fresh = fresh & np.isfinite(raw).all(axis=1)
+            raw = np.where(fresh[:, None], raw, self._filtered)
         new = np.where((fresh & ~self._seen)[:, None], 1.0, self._alpha)
-        self._filtered = self._filtered + new * (raw - self._filtered)
+        within = np.minimum(np.maximum(raw, self._low), self._high)
+        clipped = within != raw
+        clean = self._filtered = self._filtered + new * (within - self._filtered)
         self._seen = self._seen | fresh
-        clean = np.minimum(np.maximum(self._filtered, self._low), self._high)
-        clipped = clean != self._filtered
         clean = clean - np.minimum(np.maximum(clean, -self._deadband), self._deadband)
         return Wrenches(clean, raw, fresh, clipped)
 

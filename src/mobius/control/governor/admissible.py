@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,7 +141,7 @@ class AdmissibleSet:
         try:
             with np.load(path) as kept:
                 values = {k: kept[k] for k in cls.__dataclass_fields__}
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, EOFError, BadZipFile, KeyError, ValueError, TypeError) as error:
             raise InvalidInput(f"{path}: expected a saved admissible set ({error})") from None
         return cls(
             values["G_x"],

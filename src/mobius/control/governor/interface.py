@@ -77,6 +77,18 @@ class Governor(ABC):
             self.verdict = Verdict(still, np.zeros(self._count, bool), True)
         return self._v.reshape(self._shape).copy()
 
+    def reset(self, x: ArrayLike, v: ArrayLike | None = None) -> Array:
+        """Begin at a state with a reference that is held there; zero if left out.
+
+        Args:
+            x: State.
+            v: Reference.
+        """
+        self._sized("x", x, self._state_shape)
+        wish = np.zeros(self._shape) if v is None else v
+        self._v = self._sized("v", wish, self._shape).copy()
+        return self.v
+
     @abstractmethod
     def _decide(self, x: Array, r: Array) -> tuple[Array, Verdict]:
         """Reference (a, m) and verdict for x (a, n), r (a, m), all finite."""

@@ -13,6 +13,7 @@ the gripper, tared where it touched. The step is that of the controller itself
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -173,19 +174,26 @@ def axis_set(axis: Axis, *, epsilon: float = 0.02, tolerance: float = 0.01) -> A
     )  # fmt: skip
 
 
-def with_margin(axis: Axis, share: float) -> Axis:
-    """The axis with all three limits a share tighter, for what the model leaves out.
+def with_margin(axis: Axis, share: float | Sequence[float]) -> Axis:
+    """The axis with its limits a share tighter, for what the model leaves out.
 
     Args:
         axis: As declared.
-        share: 0 <= share < 1.
+        share: 0 <= share < 1; one for all limits, or one each for position, velocity and wrench.
+
+    Raises:
+        InvalidInput: Neither one share nor three, or out of range.
     """
-    if not 0 <= share < 1:
-        raise InvalidInput(f"margin: expected 0 <= share < 1, got {share}")
-    keep = 1.0 - share
+    shares = np.atleast_1d(np.asarray(share, dtype=float))
+    if shares.shape not in ((1,), (3,)) or not ((shares >= 0) & (shares < 1)).all():
+        raise InvalidInput(
+            "margin: expected one share, or three for position, velocity and wrench, each >= 0 and"
+            f" < 1, got {share}"
+        )
+    position, velocity, wrench = (float(v) for v in np.broadcast_to(1.0 - shares, (3,)))
     return replace(
         axis,
-        position_max=keep * axis.position_max,
-        velocity_max=keep * axis.velocity_max,
-        wrench_max=keep * axis.wrench_max,
+        position_max=position * axis.position_max,
+        velocity_max=velocity * axis.velocity_max,
+        wrench_max=wrench * axis.wrench_max,
     )

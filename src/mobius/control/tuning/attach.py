@@ -68,7 +68,7 @@ class Attached:
         arms = self._at[0]
         limited = out.motion.velocity_clipped | out.motion.position_clipped
         limited = limited | out.motion.integral_clipped | out.motion.governed
-        lost = out.motion.holding[arms] | out.unreachable[arms]
+        lost = loop.law.resuming[arms] | out.unreachable[arms]
         calm = not (limited[self._at].any() or lost.any())
         report = self.tuner.observe(
             self._state,

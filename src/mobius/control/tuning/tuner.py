@@ -14,6 +14,7 @@ else it is halved up to four times, then refused. Without excitation nothing mov
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Literal
 
 import numpy as np
@@ -161,15 +162,17 @@ class Tuner:
             reference: (n,) wished [N].
             filtered: (n,) output of the wrench filter before this reading [N].
             x_ref: (n,) [m].
-            ok: False where the tick says nothing: wrench lost, limits reached.
+            ok: False where the tick says nothing: wrench lost, limits reached. Numbers that are
+                not finite say nothing, either.
 
         Returns:
             A report at the end of each period, else None.
         """
-        if not ok:
+        s = np.asarray(state, dtype=float)
+        sums = (np.sum(part) for part in (s, wrench, reference, filtered, x_ref))
+        if not (ok and isfinite(sum(sums))):
             self.forget()
             return None
-        s = np.asarray(state, dtype=float)
         before = self._states[-1][:, 0] if self._states else s[:, 0]
         extended = np.column_stack([s, np.broadcast_to(filtered, self.n), before])
         if self.loop.delay:
