@@ -238,8 +238,8 @@ _CRAWL = Preset(
         weights={"tracking_linear": 2.5, "tracking_yaw": 1.2, "tracking_far": 1.0, "pose": -0.02},
     ),
     num_envs=512,
-    steps=6_512_640,
-    anneal=(3_000_000, 6_200_000),
+    steps=5_222_400,
+    anneal=(3_000_000, 5_000_000),
     late=(
         2_600_000,
         {
@@ -259,6 +259,8 @@ _CRAWL = Preset(
             "impact": -8.0,
             "skim": -6.0,
             "creep": -0.8,
+            "fall": -300.0,
+            "orientation": -8.0,
         },
     ),
 )
