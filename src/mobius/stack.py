@@ -200,7 +200,9 @@ class Stack:
         """What the mode machine goes by."""
         active: Any = None if self._active is None else self.controllers[self._active]
         state, reason = getattr(active, "state", "running"), getattr(active, "reason", "")
-        return Seen(belief, frame.q, state, reason, getattr(active, "apart", False))
+        end = getattr(self.controllers.get(Mode.GATHER), "end", None)
+        home = None if end is None else end.q
+        return Seen(belief, frame.q, state, reason, getattr(active, "apart", False), home)
 
     def _change(self, mode: Mode) -> None:
         """Another controller takes over."""

@@ -42,6 +42,7 @@ class World:
                 keyframe_joints_of(pose) if self.joints is None else self.joints,
                 state,
                 apart=self.apart and self.machine.mode is M.CRAWL,
+                home=_JOINTS["crawl"],
             )
             command = self.machine.step(ModeCommand(wanted, twist, self.t), seen)
             if command.mode is not self.mode:

@@ -18,7 +18,6 @@ import numpy as np
 
 from mobius.errors import InvalidInput
 from mobius.model.reach import longest_step
-from mobius.model.robot import keyframe_joints
 from mobius.modes.motions.player import State
 from mobius.modes.posture import FallDetector, Posture, posture_of
 from mobius.modes.trust import WALKING as TRUST_ALL
@@ -107,6 +106,8 @@ class Seen:
     """Why it failed."""
     apart: bool = False
     """Whether what is on stands elsewhere than where motions begin."""
+    home: np.ndarray | None = None
+    """(22,) joint angles where they begin [rad]; where it is not known, who is apart gathers."""
 
 
 @dataclass(frozen=True)
@@ -268,7 +269,7 @@ class ModeMachine:
         """
         if not seen.apart or Mode.GATHER not in self.available:
             return False
-        return longest_step(seen.q, keyframe_joints("crawl")[0]) > AT_HOME
+        return seen.home is None or longest_step(seen.q, seen.home) > AT_HOME
 
     def _is_still(self, seen: Seen | None) -> bool:
         if seen is None:
