@@ -38,13 +38,25 @@ def test_a_held_key_moves_the_robot_and_letting_go_stops_it_within_half_a_second
     assert abs(live.last.true_pose[0] - x) < 0.05 and live.last.mode == "crawl"
 
 
-@pytest.mark.parametrize("left", [None, Beat(page=False)])
-def test_a_viewer_or_page_that_is_gone_stops_the_robot_within_half_a_second(live, left):
+def test_a_page_that_is_gone_stops_the_robot_within_half_a_second(live):
     live.run(1.0)
     live.run(1.5, AHEAD)
-    live.run(0.5, left)
+    live.run(0.5, Beat(page=False))
     assert live.last.stopped and "gone" in live.last.message
     assert np.linalg.norm(live.last.twist[2, :2]) < 0.1
+
+
+def test_a_viewer_that_hangs_stops_the_robot_which_sinks_where_it_is(live):
+    """It is gone after 0.3 s of silence; on soft servos the trunk sinks and goes 4 cm on."""
+    live.run(1.0)
+    live.run(1.5, AHEAD)
+    live.run(0.5, None)
+    assert live.last.stopped and "gone" in live.last.message
+    assert np.linalg.norm(live.last.twist[2, :2]) < 0.25
+    x, y = live.last.true_pose[:2]
+    live.run(1.5, None)
+    assert np.hypot(live.last.true_pose[0] - x, live.last.true_pose[1] - y) < 0.05
+    assert np.linalg.norm(live.last.twist[2, :2]) < 0.02
 
 
 def test_the_stop_holds_against_keys_and_plans_until_it_is_released(live):
@@ -99,22 +111,22 @@ def test_a_plan_is_made_followed_and_paused_and_a_key_takes_the_robot_from_it(li
 
 def test_a_goal_is_set_and_a_bad_one_is_explained_with_the_nearest_good_one(live):
     live.run(0.1)
-    live.ask(Place(goal=(2.8, 1.2)))
-    assert live.session.way.goal == (2.8, 1.2)
+    live.ask(Place(goal=(2.8, 1.7)))
+    assert live.session.way.goal == (2.8, 1.7)
     live.ask(Place(goal=(0.1, 0.1)))
     assert "nearest free cell" in live.session.message
-    assert live.session.way.goal == (2.8, 1.2)
+    assert live.session.way.goal == (2.8, 1.7)
     live.ask(Place(goal=(99.0, 0.0)))
     assert "off the map" in live.session.message
 
 
 def test_the_robot_is_put_at_another_start_and_keeps_its_goal(live):
     scene = live.session.scene_number
-    live.ask(Place(goal=(2.8, 1.2)))
+    live.ask(Place(goal=(2.8, 1.7)))
     live.ask(Place(start=(1.8, 3.2)))
     live.run(0.1)
     assert np.allclose(live.last.true_pose[:2], (1.8, 3.2), atol=0.02)
-    assert live.session.way.goal == (2.8, 1.2) and live.session.scene_number == scene + 1
+    assert live.session.way.goal == (2.8, 1.7) and live.session.scene_number == scene + 1
 
 
 @pytest.mark.parametrize(
@@ -173,10 +185,10 @@ def test_reset_puts_the_robot_back_and_draws_it_anew(live):
 def test_reset_keeps_the_goal_and_the_policy_that_were_chosen(live):
     live.run(0.1)
     rough = live.session.scene.policies["crawl"]
-    live.ask(Place(goal=(2.8, 1.2)))
+    live.ask(Place(goal=(2.8, 1.7)))
     live.ask(UsePolicy("crawl", "zero"))
     live.ask(Reset())
-    assert live.session.way.goal == (2.8, 1.2)
+    assert live.session.way.goal == (2.8, 1.7)
     assert rough == "rough" and live.session.scene.policies["crawl"] == "zero"
 
 
