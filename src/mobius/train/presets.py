@@ -408,10 +408,12 @@ def _paper(fast: Preset) -> Preset:
 
 
 def _presets() -> dict[tuple[str, str], Preset]:
-    presets: dict[tuple[str, str], Preset] = {}
+    narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
+    presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
+    presets["crawl", "fast-rough"] = _rough(narrow, "fast-narrow", 3_000_000, kicks=0.5)
+    presets["biped", "fast-rough"] = _rough(_BIPED, "fast", 3_000_000, kicks=0.5)
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
         presets[body, "fast"] = fast
-        presets[body, "fast-rough"] = _rough(fast, "fast", 3_000_000, kicks=0.5)
         presets[body, "paper"] = paper = _paper(fast)
         presets[body, "paper-rough"] = _rough(paper, "paper", TABLE_I.steps_rough)
         presets[body, "smoke"] = replace(fast, num_envs=32, steps=32 * 24 * 4)
