@@ -155,6 +155,25 @@ def test_a_roll_is_wanted_once():
     assert now(remote).mode is Mode.CRAWL
 
 
+def test_a_mode_that_the_check_is_against_is_not_wanted_and_told_why():
+    seen = []
+
+    def check(mode, at):
+        seen.append((mode, at.stamp))
+        if mode is Mode.ROLL:
+            raise InvalidInput("a wall is behind")
+
+    remote, _ = build(check=check)
+    remote.take_mode(Mode.ROLL)
+    remote.attend(None)
+    assert not seen  # before the first sample it waits
+    assert now(remote).mode is Mode.CRAWL
+    assert remote.refused == {"/mobius/mode_request": "a wall is behind"}
+    remote.take_mode(Mode.BIPED)
+    assert now(remote).mode is Mode.BIPED
+    assert [mode for mode, _ in seen] == [Mode.ROLL, Mode.BIPED]
+
+
 def test_a_stop_is_carried_out_before_any_sample_and_held_until_its_release():
     remote, _ = build()
     remote.take_stop(True)

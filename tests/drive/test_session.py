@@ -92,6 +92,16 @@ def test_a_roll_is_made_once(live_on, open_floor):
     assert "roll" in seen and seen[-1] == "crawl" and live.last.wanted == "crawl"
 
 
+def test_a_roll_into_a_wall_is_refused_with_where_it_is(live_on, open_floor):
+    live = live_on(str(open_floor))
+    live.ask(Place(start=(-3.0, 0.0)))  # its tail looks at the wall 1 m behind
+    live.run(0.5)
+    live.ask(WantMode("roll"))
+    live.run(1.0)
+    assert live.last.mode == "crawl" and live.last.wanted == "crawl"
+    assert "no roll" in live.last.message and "turn the tail" in live.last.message
+
+
 def test_a_plan_is_made_followed_and_paused_and_a_key_takes_the_robot_from_it(live):
     live.run(1.6)
     live.ask(Go(("crawl",)))

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from mobius.errors import InvalidInput
 from mobius.geometry import quat_mul, rpy_to_quat, wrap_angle
-from mobius.modes import ModalFollower
+from mobius.modes import ModalFollower, TaskConfig, check_roll
 from mobius.modes.legs import legs_of
 from mobius.types import Mode, Plan, StateEstimate
 
@@ -215,3 +216,15 @@ def test_a_plan_that_begins_on_two_legs_begins_by_standing_up():
     _, robot, _ = go(plan_of((0, 0), (0, 1, "biped")))
     assert order(robot)[:3] == [Mode.CRAWL, Mode.STAND_UP, Mode.BIPED]
     assert abs(robot.begun[0][2] - np.pi / 2) < 0.3  # it faced its way first
+
+
+def test_a_roll_is_checked_along_its_line_tail_first_and_beyond_its_end():
+    wall = 2.05  # an obstacle everywhere at x <= -2.05 m
+
+    def room(p):
+        return float(p[0] + wall)
+
+    check_roll(np.array([0.0, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))  # ends at -1.4
+    check_roll(np.array([-1.0, 0.0]), np.pi, room, TaskConfig(roll_room=0.2))  # rolls away
+    with pytest.raises(InvalidInput, match=r"0\.15 m at \(-1\.90, 0\.00\) m; turn the tail"):
+        check_roll(np.array([-0.4, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.errors import InvalidInput
+from mobius.errors import InvalidInput, MobiusError
 from mobius.modes import ModeMachine
 from mobius.types import Mode, ModeCommand, StateEstimate
 
@@ -35,6 +35,8 @@ _EARLY = 1 / 60
 """The command after a silence comes at the next 60 Hz tick; asked for this much earlier [s]."""
 MOST_ORDERS = 100
 """So many goals, modes and stops may wait for the next tick; a further stop always may."""
+MODE_TOPIC = "/mobius/mode_request"
+"""Under which :attr:`Remote.refused` tells what was wrong with a mode."""
 ONCE = (Mode.ROLL, Mode.PUSH_UPS)
 """Modes that end by themselves: wanted once, not for ever."""
 
@@ -89,6 +91,7 @@ class Remote:
         speed: float = 1.0,
         gamepad: Gamepad | None = None,
         errands: Errands | None = None,
+        check: Callable[[Mode, StateEstimate], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Begin in the machine's mode, standing.
@@ -99,6 +102,8 @@ class Remote:
             speed: Share of the limits that is let through, in (0, 1].
             gamepad: Axes and buttons.
             errands: Where goals go; without it they are refused.
+            check: Called with a mode asked for and the belief before it is wanted; raises a
+                :class:`mobius.errors.MobiusError` where it cannot be.
             clock: Seconds that never run backwards.
 
         Raises:
@@ -107,7 +112,7 @@ class Remote:
         if not 0.0 < speed <= 1.0:
             raise InvalidInput(f"speed: expected a share in (0, 1], got {speed:g}")
         self.machine, self._limits, self._speed = machine, limits, speed
-        self.gamepad, self.errands = gamepad or Gamepad(), errands
+        self.gamepad, self.errands, self._check = gamepad or Gamepad(), errands, check
         self._clock = clock
         self.wanted = machine.mode
         """Mode asked for last."""
@@ -181,13 +186,12 @@ class Remote:
             what, value = self._orders.popleft()
             if what == "stop":
                 self._stop(value)
-            elif what == "mode":
-                self._cancel()
-                self.wanted = value
-            elif what == "goal" and belief is None:  # before the first sample: it waits
+            elif belief is None:  # before the first sample: it waits
                 self._orders.appendleft((what, value))
                 return
-            elif what == "goal" and belief is not None and self.errands is not None:
+            elif what == "mode":
+                self._want(value, belief)
+            elif what == "goal" and self.errands is not None:
                 self.errands.go(value, belief.p_OB[:2], self.machine.mode)
 
     def command(self, belief: StateEstimate) -> ModeCommand:
@@ -215,6 +219,17 @@ class Remote:
         if twist is not None and now - twist.when < SILENCE - _EARLY:
             return np.clip(twist.twist, low, high)
         return None
+
+    def _want(self, mode: Mode, belief: StateEstimate) -> None:
+        """A mode from now on, unless the check has something against it."""
+        try:
+            if self._check is not None:
+                self._check(mode, belief)
+        except MobiusError as error:
+            self.refused[MODE_TOPIC] = str(error)
+            return
+        self._cancel()
+        self.wanted = mode
 
     def _stop(self, stop: bool) -> None:
         self._cancel()

@@ -22,6 +22,8 @@ from mobius.drive.log import LiveLog
 from mobius.drive.stage import MODES, build_stage, check_place, put_at, robot_on, scene_of
 from mobius.drive.touch import body_in, let_loose, pose_of, pull, push, twist_of
 from mobius.errors import InvalidInput, MobiusError, UnknownName
+from mobius.mission.prepare import room_of
+from mobius.modes import check_roll
 from mobius.modes.machine import WALKING
 from mobius.stack import Sample
 from mobius.types import Mode, ModeCommand, StateEstimate
@@ -286,8 +288,15 @@ class Session:
     def _want(self, name: str) -> None:
         if name not in MODES:
             raise UnknownName("mode", name, MODES)
+        if name == Mode.ROLL:
+            self._check_roll()
         self.guide.pause()
         self._wanted, self.message = Mode(name), ""
+
+    def _check_roll(self) -> None:
+        """Raises InvalidInput where a roll would run into what the map knows of."""
+        x, y, _, yaw = pose_of(body_in(self.stack.machine.mode), self._here())
+        check_roll(np.array([x, y]), yaw, room_of(self._stage.world))
 
     def _record(self, on: bool) -> None:
         self.log.end()

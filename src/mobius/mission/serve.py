@@ -18,12 +18,14 @@ from mobius.bridge.pilot import Gamepad, Remote
 from mobius.bridge.record import McapRecorder
 from mobius.control.bodies import BODIES
 from mobius.errors import MapError
+from mobius.geometry import heading_yaw
 from mobius.mission.body import DRIVABLE
 from mobius.mission.errand import Errand
 from mobius.mission.floor import floor_of
-from mobius.mission.prepare import open_world
+from mobius.mission.prepare import open_world, room_of
 from mobius.mission.summary import versions
 from mobius.model.urdf import build_urdf
+from mobius.modes import check_roll
 from mobius.pace import Pace, Timing
 from mobius.robot import TICK
 from mobius.stack import Sample, Stack
@@ -125,8 +127,24 @@ def build_served(
     errand = None if world is None else Errand(world, drivable)
     limits = {b.mode: (np.array(b.command_low), np.array(b.command_high)) for b in BODIES.values()}
     pad = Gamepad(held=deadman)
-    remote = Remote(stack.machine, limits, speed=speed, gamepad=pad, errands=errand)
+    remote = Remote(
+        stack.machine, limits, speed=speed, gamepad=pad, errands=errand, check=_check(world)
+    )
     return Served(stack, robot, world, errand, remote, scene, seed)
+
+
+def _check(world: World | None) -> Callable[[Mode, StateEstimate], None] | None:
+    """What a mode that is asked for has to pass: a roll must have room on the map."""
+    if world is None:
+        return None
+    room = room_of(world)
+
+    def check(mode: Mode, belief: StateEstimate) -> None:
+        if mode is Mode.ROLL:
+            yaw = float(heading_yaw(BODIES["crawl"].heading, belief.q_OB))
+            check_roll(belief.p_OB[:2], yaw, room)
+
+    return check
 
 
 def serve(

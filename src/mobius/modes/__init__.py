@@ -19,5 +19,6 @@ from mobius.modes.posture import posture_of as posture_of
 from mobius.modes.recover import Recovery as Recovery
 from mobius.modes.rest import DampedHold as DampedHold
 from mobius.modes.tasks import TaskConfig as TaskConfig
+from mobius.modes.tasks import check_roll as check_roll
 from mobius.modes.trust import Trust as Trust
 from mobius.modes.trust import TrustWatch as TrustWatch

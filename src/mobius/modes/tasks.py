@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mobius.errors import InvalidInput
 from mobius.geometry import heading_yaw, wrap_angle
 from mobius.modes.follow import FollowerConfig, PathFollower
 from mobius.modes.legs import Leg
@@ -21,6 +22,9 @@ from mobius.types import Mode, ModeCommand, StateEstimate
 Array = NDArray[np.float64]
 Room = Callable[[Array], float]
 """Distance to obstacles [m] at a point (2,) [m]."""
+
+ROLL_LENGTH = 1.4
+"""Way of a roll, rearing up and stances included [m]: 0.22 m/s for 6.2 s (docs/motions.md)."""
 
 PRIMARY = (Mode.CRAWL, Mode.BIPED)
 """Modes the robot can stay in."""
@@ -259,11 +263,50 @@ class Roll(Task):
 
     def _fits(self, p: Array) -> bool:
         """Whether the line that the trunk will move along is clear."""
-        if self._room is None:
-            return True
-        way = self._to - p
-        length = max(float(np.linalg.norm(way)), 1e-9)
-        for s in np.arange(0.0, length + self.config.overshoot, 0.1):
-            if self._room(p + s / length * way) < self.config.roll_room:
-                return False
-        return True
+        return self._room is None or tightest(p, self._to, self._room, self.config) is None
+
+
+def tightest(p: Array, to: Array, room: Room, config: TaskConfig) -> tuple[Array, float] | None:
+    """The first place on the line of a roll that is too near to something.
+
+    Args:
+        p: Where the trunk is, (2,) [m], frame M.
+        to: Where the roll ends, likewise.
+        room: Distance [m] of a point to obstacles.
+        config: ``roll_room`` and ``overshoot``.
+
+    Returns:
+        Place (2,) and its distance to obstacles [m]; None where the whole line is clear.
+    """
+    way = to - p
+    length = max(float(np.linalg.norm(way)), 1e-9)
+    for s in np.arange(0.0, length + config.overshoot, 0.1):
+        here = p + s / length * way
+        distance = room(here)
+        if distance < config.roll_room:
+            return here, distance
+    return None
+
+
+def check_roll(xy: Array, yaw: float, room: Room, config: TaskConfig | None = None) -> None:
+    """Whether a roll asked for here would run into something, as the map knows it.
+
+    Args:
+        xy: Where the trunk is, (2,) [m], frame M.
+        yaw: Its heading [rad]; a roll goes the other way, tail first.
+        room: Distance [m] of a point to obstacles.
+        config: ``roll_room`` and ``overshoot``; the defaults if not given.
+
+    Raises:
+        InvalidInput: The line of the roll is not clear.
+    """
+    config = config or TaskConfig()
+    end = xy - ROLL_LENGTH * np.array([np.cos(yaw), np.sin(yaw)])
+    tight = tightest(xy, end, room, config)
+    if tight is not None:
+        (x, y), distance = tight
+        raise InvalidInput(
+            f"no roll: it goes {ROLL_LENGTH:g} m tail first and needs {config.roll_room:g} m to"
+            f" obstacles, and there are {distance:.2f} m at ({x:.2f}, {y:.2f}) m; turn the tail"
+            " to open floor"
+        )
