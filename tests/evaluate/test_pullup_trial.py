@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mobius.control.pullup import PullUp
 from mobius.evaluate.pullup import PullUpDraw, build_pullup, draw_of, is_possible, stall_shares
 from mobius.evaluate.pullup_judge import PullUpJudge, PullUpTruth
 from mobius.evaluate.pullup_trials import PullUps, as_text
 from mobius.model.dimensions import ROBOT_MASS
 from mobius.model.limit_surface import LimitSurface
-from mobius.types import Mode, ModeCommand
+from mobius.types import Mode, ModeCommand, SensorFrame, StateEstimate
 
+UP = np.array([1.0, 0.0, 0.0, 0.0])
 GOOD = PullUpTruth(
     head_m=0.01, lifted_m=0.38, return_error_m=(0.001, 0.004), gave_m=(0.02, 0.04),
     slip_m=(0.0, 0.0), load_max=(0.8, 0.8), broken=False, fallen=False, saturated_share=0.0,
@@ -43,6 +45,50 @@ def test_each_hand_bears_half_the_weight(hung):
     assert controller.half_weight == pytest.approx(0.5 * 9.81 * ROBOT_MASS, rel=0.005)
     left, right = (g.force for g in robot.grasps)
     np.testing.assert_allclose(left[[0, 2]], right[[0, 2]], atol=0.5)
+
+
+@pytest.mark.parametrize("hands", [(0,), (0, 1)])
+def test_wrists_that_say_nothing_for_a_tenth_of_a_second_move_nothing(hands):
+    """Not while they are gone, though the trunk is pushed, nor with a jump when they are back."""
+    stack, robot, controller = build_pullup(replace(PullUpDraw(seed=1), noise=0.0))
+    act, sent, silent, last = controller.act, [], [], []
+
+    def deaf(command, belief, frame):
+        age, wrench = np.zeros(2), np.array(frame.wrench_S)
+        if 1.0 <= frame.stamp < 1.1:
+            age[list(hands)], wrench[list(hands)] = frame.stamp - 1.0, last[0][list(hands)]
+            silent.append(len(sent))
+        last[:] = [wrench]
+        out = act(command, belief, replace(frame, wrench_S=wrench, wrench_age=age))
+        sent.append(out.q[:12].copy())
+        return out
+
+    controller.act = deaf
+    push = np.zeros((robot.model.nbody, 6))
+    push[robot.model.body("base_link").id, 2] = -15.0
+    for tick in range(900):
+        if tick == 630:  # half-way into the silence
+            robot.pull(push)
+        stack.turn(lambda b: ModeCommand(Mode.PULL_UP, np.zeros(3), b.stamp))
+    steps = np.abs(np.diff(sent, axis=0)).max(axis=1)
+    assert len(silent) >= 5
+    assert steps[silent[0] : silent[-1]].max() < 1e-3
+    back = steps[silent[-1] : silent[-1] + 30]
+    assert np.abs(np.diff(back)).max() < 1e-3
+    assert np.isfinite(sent).all()
+    assert all(g.holds and g.slip < 1e-3 for g in robot.grasps)
+
+
+def test_a_wrist_that_stays_silent_brings_the_robot_down(hung):
+    controller = PullUp(hung[1].script.__class__())
+    frame = SensorFrame(
+        0.0, np.zeros(22), np.zeros(22), np.zeros(22), np.zeros((2, 6)), np.zeros(3), np.zeros(3)
+    )
+    belief = StateEstimate(0.0, np.zeros(3), UP, np.zeros(3), np.zeros(3), np.zeros(4))
+    command = ModeCommand(Mode.PULL_UP, np.zeros(3), 0.0)
+    for age, said in ((0.4, ""), (0.6, "said nothing")):
+        controller.act(command, belief, replace(frame, stamp=age, wrench_age=[0.0, age]))
+        assert said in controller.script.reason
 
 
 def test_nothing_but_fingers_touches_the_bar(hung):

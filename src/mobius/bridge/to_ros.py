@@ -126,7 +126,7 @@ def imu(frame: SensorFrame) -> Any:
 def _wrench(frame: SensorFrame, row: int, frame_id: str) -> Any:
     force_torque = frame.wrench_S[row]
     return _T["geometry_msgs/msg/WrenchStamped"](
-        header=header(frame.stamp, frame_id),
+        header=header(max(frame.stamp - float(frame.wrench_age[row]), 0.0), frame_id),
         wrench=_T["geometry_msgs/msg/Wrench"](
             force=_vector(force_torque[:3]), torque=_vector(force_torque[3:])
         ),

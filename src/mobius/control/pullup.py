@@ -55,6 +55,8 @@ LOST = 0.2
 """A hand that bears less than this share of half the weight has lost the bar,"""
 LOST_S = 0.1
 """when it does so for this long [s]."""
+SILENT_S = 0.5
+"""A wrist may say nothing for so long [s]; the law holds meanwhile. Then the robot goes down."""
 PIVOT_SHARE, PIVOT_MOST = 0.01, 0.025
 """Share of a new reading of the pivot in its filter (0.3 s), greatest correction [rad]."""
 PIVOT_CALM = 4.0
@@ -157,11 +159,15 @@ class PullUp:
     def act(self, command: ModeCommand, belief: StateEstimate, frame: SensorFrame) -> JointCommand:
         """Targets of all joints for this tick."""
         goal = self.script.step(frame.stamp)
-        wrenches = self.wrench.update(self._readings(frame), self._up_S, self._still)
+        wrenches = self.wrench.update(
+            self._readings(frame), self._up_S, self._still, age=frame.wrench_age
+        )
         self.heard = wrenches.wrench_C
         self._weigh(goal, frame.stamp)
         self._feel_pivot(goal, belief, frame)
         self._watch(goal, frame.stamp)
+        if (frame.wrench_age > SILENT_S).any():
+            self.script.abort("a wrist has said nothing for too long")
         self.wished = self.wish(goal)
         shared = self._shared(wrenches)
         if self.tuner is not None:

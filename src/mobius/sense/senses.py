@@ -77,6 +77,7 @@ class Senses:
             gyro_I=gyro,
             accel_I=accel,
             vio=None if frame.vio is None else self.vio.corrupt(frame.vio, frame.stamp),
+            wrench_age=frame.wrench_age,
         )
 
     def _is_lost(self, frame: SensorFrame) -> bool:
