@@ -136,7 +136,14 @@ def _defaults(root: ET.Element) -> None:
         rgba="0.3 0.5 0.9 0.4",
     )
     sole = add(collision, "default", class_="sole")
-    add(sole, "geom", friction="0.8 0.005 0.0001", priority="1", rgba="0.9 0.3 0.2 0.6")
+    add(
+        sole,
+        "geom",
+        friction=fmt(dim.SOLE_FRICTION),
+        solimp=fmt(dim.SOLE_SOLIMP),
+        priority="1",
+        rgba="0.9 0.3 0.2 0.6",
+    )
     mark = add(default, "default", class_="mark")
     add(mark, "site", group="4", size="0.006", rgba="0.1 0.8 0.2 0.8")
 

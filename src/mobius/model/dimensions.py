@@ -107,6 +107,13 @@ RAIL_HALF_LENGTH = 0.175
 FOOT_TOE, FOOT_HEEL, FOOT_WIDTH, FOOT_THICK = 0.085, 0.055, 0.030, 0.010
 """Flat narrow foot 140 x 30 mm [A]; the toe points to the belly side."""
 
+SOLE_FRICTION = (0.8, 0.005, 0.0001)
+"""Sliding, torsional [m], rolling [m], of soles and fingertips [A]."""
+SOLE_SOLIMP = (0.0, 0.95, 0.001, 0.5, 2.0)
+"""MuJoCo's impedance of their contacts: a rubber pad, whose force grows from nothing over the
+first millimetre [A]. With MuJoCo's own, 0.9 at zero depth, the force jumps between 0 and 25 to
+50 N as a foot is unloaded, and the contact flickers (docs/training.md)."""
+
 FINGER_PIVOT = (0.012, 0.050)
 """Finger pivots: lateral and along the approach axis from the wrist centre [m] [A]."""
 FINGER_KNEE = (0.018, 0.026)
