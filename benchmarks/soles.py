@@ -26,9 +26,9 @@ from mobius.model.dimensions import SOLE_SOLIMP
 
 VARIANTS = (
     (0.9, 0.95, 0.001, 0.5, 2.0),
-    (0.1, 0.95, 0.001, 0.5, 2.0),
     (0.0, 0.95, 0.0005, 0.5, 2.0),
     SOLE_SOLIMP,
+    (0.0, 0.95, 0.001, 0.5, 2.0),
     (0.0, 0.9, 0.003, 0.5, 2.0),
 )
 """The first is MuJoCo's own."""
