@@ -265,12 +265,17 @@ class SensorFrame:
     vio: Pose | None = None
     """Trunk pose p_OB, q_OB by the visual-inertial camera, in its own drifting frame."""
     wrench_age: Array = field(default_factory=lambda: np.zeros(2))
-    """(2,) how old each wrist's reading is [s]: a wrist that says nothing keeps its last one."""
+    """(2,) how old each wrist's reading is [s], >= 0: a wrist that says nothing keeps its last one.
+    A driver tells; simulated wrists are never silent."""
 
     def __post_init__(self) -> None:
         for name in ("q", "dq", "torque"):
             frozen_array(self, name, getattr(self, name), (NUM_JOINTS,))
         frozen_array(self, "wrench_age", self.wrench_age, (2,))
+        if min(self.wrench_age) < 0.0:
+            raise InvalidInput(
+                f"SensorFrame.wrench_age: expected >= 0 s, got {self.wrench_age.tolist()}"
+            )
         frozen_array(self, "wrench_S", self.wrench_S, (2, 6))
         frozen_array(self, "gyro_I", self.gyro_I, (3,))
         frozen_array(self, "accel_I", self.accel_I, (3,))

@@ -164,14 +164,24 @@ def test_a_mode_that_the_check_is_against_is_not_wanted_and_told_why():
             raise InvalidInput("a wall is behind")
 
     remote, _ = build(check=check)
+    remote.machine.mode = Mode.LIE_DOWN
     remote.take_mode(Mode.ROLL)
-    remote.attend(None)
-    assert not seen  # before the first sample it waits
+    assert now(remote).mode is Mode.ROLL and not seen  # looked at where it would begin
+    remote.machine.mode = Mode.CRAWL
     assert now(remote).mode is Mode.CRAWL
     assert remote.refused == {"/mobius/mode_request": "a wall is behind"}
-    remote.take_mode(Mode.BIPED)
-    assert now(remote).mode is Mode.BIPED
-    assert [mode for mode, _ in seen] == [Mode.ROLL, Mode.BIPED]
+    remote.take_mode(Mode.PUSH_UPS)
+    assert now(remote).mode is Mode.PUSH_UPS
+    assert [mode for mode, _ in seen] == [Mode.ROLL, Mode.PUSH_UPS]
+
+
+def test_a_stop_overtakes_a_goal_that_waits_for_the_first_sample():
+    errands = Errands()
+    remote, _ = build(errands=errands)
+    remote.take_goal(np.ones(2))
+    remote.take_stop(True)
+    remote.attend(None)
+    assert remote.machine.stopped and errands.goal is None
 
 
 def test_a_stop_is_carried_out_before_any_sample_and_held_until_its_release():

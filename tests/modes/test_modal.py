@@ -226,5 +226,7 @@ def test_a_roll_is_checked_along_its_line_tail_first_and_beyond_its_end():
 
     check_roll(np.array([0.0, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))  # ends at -1.4
     check_roll(np.array([-1.0, 0.0]), np.pi, room, TaskConfig(roll_room=0.2))  # rolls away
-    with pytest.raises(InvalidInput, match=r"0\.15 m at \(-1\.90, 0\.00\) m; turn the tail"):
+    with pytest.raises(InvalidInput, match=r"0\.14 m at \(-1\.91, 0\.00\) m; turn the tail"):
         check_roll(np.array([-0.4, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))
+    with pytest.raises(InvalidInput, match="where it stands; move away first"):
+        check_roll(np.array([-1.9, 0.0]), np.pi, room, TaskConfig(roll_room=0.2))

@@ -67,11 +67,11 @@ class Live:
         take = getattr(remote, method)
 
         def heard(message: Any) -> None:
+            remote.refused.pop(name, None)  # before: the stack's thread may refuse it, too
             try:
                 take(from_ros(message))
             except MobiusError as error:
                 remote.refused[name] = str(error)
                 raise
-            remote.refused.pop(name, None)
 
         node.hear(name, kind, heard)

@@ -102,8 +102,8 @@ class Remote:
             speed: Share of the limits that is let through, in (0, 1].
             gamepad: Axes and buttons.
             errands: Where goals go; without it they are refused.
-            check: Called with a mode asked for and the belief before it is wanted; raises a
-                :class:`mobius.errors.MobiusError` where it cannot be.
+            check: Called with a motion that is wanted and the belief while the robot crawls
+                and would begin it; raises a :class:`mobius.errors.MobiusError` where it must not.
             clock: Seconds that never run backwards.
 
         Raises:
@@ -182,22 +182,26 @@ class Remote:
         if self._taken:
             self._taken = False
             self._cancel()
+        later: list[tuple[str, Any]] = []
         while self._orders:
             what, value = self._orders.popleft()
             if what == "stop":
                 self._stop(value)
-            elif belief is None:  # before the first sample: it waits
-                self._orders.appendleft((what, value))
-                return
             elif what == "mode":
-                self._want(value, belief)
+                self._cancel()
+                self.wanted = value
+            elif belief is None:  # before the first sample: it waits, but for stops
+                later.append((what, value))
             elif what == "goal" and self.errands is not None:
                 self.errands.go(value, belief.p_OB[:2], self.machine.mode)
+        self._orders.extendleft(reversed(later))
 
     def command(self, belief: StateEstimate) -> ModeCommand:
         """The source: what whoever holds the controls wants now."""
-        if self.wanted in ONCE and self.machine.mode is self.wanted:
-            self.wanted = Mode.CRAWL
+        if self.wanted in ONCE:
+            self._look_before(belief)
+            if self.machine.mode is self.wanted:
+                self.wanted = Mode.CRAWL
         twist = self._pushed()
         if twist is None and self.errands is not None:
             driven = self.errands.command(belief, self.machine.mode)
@@ -220,16 +224,14 @@ class Remote:
             return np.clip(twist.twist, low, high)
         return None
 
-    def _want(self, mode: Mode, belief: StateEstimate) -> None:
-        """A mode from now on, unless the check has something against it."""
-        try:
-            if self._check is not None:
-                self._check(mode, belief)
-        except MobiusError as error:
-            self.refused[MODE_TOPIC] = str(error)
+    def _look_before(self, belief: StateEstimate) -> None:
+        """Give a motion up that the check has something against, right before it begins."""
+        if self._check is None or self.machine.mode is not Mode.CRAWL:
             return
-        self._cancel()
-        self.wanted = mode
+        try:
+            self._check(self.wanted, belief)
+        except MobiusError as error:
+            self.refused[MODE_TOPIC], self.wanted = str(error), Mode.CRAWL
 
     def _stop(self, stop: bool) -> None:
         self._cancel()

@@ -163,8 +163,9 @@ class PullUp:
             self._readings(frame), self._up_S, self._still, age=frame.wrench_age
         )
         self.heard = wrenches.wrench_C
-        self._weigh(goal, frame.stamp)
-        self._feel_pivot(goal, belief, frame)
+        if wrenches.fresh.all():  # nothing is learnt from what was heard before
+            self._weigh(goal, frame.stamp)
+            self._feel_pivot(goal, belief, frame)
         self._watch(goal, frame.stamp)
         if (frame.wrench_age > SILENT_S).any():
             self.script.abort("a wrist has said nothing for too long")

@@ -22,7 +22,6 @@ from mobius.drive.log import LiveLog
 from mobius.drive.stage import MODES, build_stage, check_place, put_at, robot_on, scene_of
 from mobius.drive.touch import body_in, let_loose, pose_of, pull, push, twist_of
 from mobius.errors import InvalidInput, MobiusError, UnknownName
-from mobius.mission.prepare import room_of
 from mobius.modes import check_roll
 from mobius.modes.machine import WALKING
 from mobius.stack import Sample
@@ -166,6 +165,8 @@ class Session:
             if actual in WALKING:
                 self._wanted = actual
             return command
+        if self._wanted is Mode.ROLL and actual is Mode.CRAWL:
+            self._look_before_rolling(belief)
         twist = self.hands.twist(actual, now) if actual is self._wanted else np.zeros(3)
         return ModeCommand(self._wanted, twist, belief.stamp)
 
@@ -288,15 +289,16 @@ class Session:
     def _want(self, name: str) -> None:
         if name not in MODES:
             raise UnknownName("mode", name, MODES)
-        if name == Mode.ROLL:
-            self._check_roll()
         self.guide.pause()
         self._wanted, self.message = Mode(name), ""
 
-    def _check_roll(self) -> None:
-        """Raises InvalidInput where a roll would run into what the map knows of."""
-        x, y, _, yaw = pose_of(body_in(self.stack.machine.mode), self._here())
-        check_roll(np.array([x, y]), yaw, room_of(self._stage.world))
+    def _look_before_rolling(self, belief: StateEstimate) -> None:
+        """Give a roll up that would run into what the map knows of, right before it begins."""
+        x, y, _, yaw = pose_of(BODIES["crawl"], belief)
+        try:
+            check_roll(np.array([x, y]), yaw, self._stage.room)
+        except InvalidInput as error:
+            self._wanted, self.message = Mode.CRAWL, str(error)
 
     def _record(self, on: bool) -> None:
         self.log.end()

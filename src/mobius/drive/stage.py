@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from mobius.assemble import Start, build_sim_stack
 from mobius.errors import MapError
 from mobius.mission.body import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS, LANE
 from mobius.mission.floor import floor_of
+from mobius.mission.prepare import room_of
 from mobius.model.robot import load_spec
 from mobius.robot import TICK
 from mobius.robot.sim import SimRobot
@@ -39,6 +40,8 @@ class Stage:
     start: tuple[float, float]
     yaw: float
     """Heading in which the robot starts [rad]."""
+    room: Callable[[NDArray[np.float64]], float]
+    """Distance [m] of a point (2,) [m], frame M, to obstacles."""
 
 
 def build_stage(source: str) -> Stage:
@@ -56,7 +59,7 @@ def build_stage(source: str) -> Stage:
             f"map '{world.name}': physics cannot build it ({' '.join(str(error).split())})"
         ) from None
     model.opt.timestep = TICK
-    return Stage(world, model, spec.to_xml(), *_where(world))
+    return Stage(world, model, spec.to_xml(), *_where(world), room_of(world))
 
 
 def _where(world: World) -> tuple[tuple[float, float], float]:

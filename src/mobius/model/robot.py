@@ -77,7 +77,6 @@ def _reduce_to_feet(spec: mujoco.MjSpec) -> None:
                 size=[r, 0, 0],
                 pos=c,
                 friction=dim.SOLE_FRICTION,
-                solimp=dim.SOLE_SOLIMP,
                 priority=1,
                 contype=0,
                 conaffinity=1,

@@ -280,7 +280,7 @@ def tightest(p: Array, to: Array, room: Room, config: TaskConfig) -> tuple[Array
     """
     way = to - p
     length = max(float(np.linalg.norm(way)), 1e-9)
-    for s in np.arange(0.0, length + config.overshoot, 0.1):
+    for s in np.linspace(0.0, length + config.overshoot, int(10.0 * length) + 5):
         here = p + s / length * way
         distance = room(here)
         if distance < config.roll_room:
@@ -305,8 +305,9 @@ def check_roll(xy: Array, yaw: float, room: Room, config: TaskConfig | None = No
     tight = tightest(xy, end, room, config)
     if tight is not None:
         (x, y), distance = tight
+        here = np.array_equal(tight[0], xy)
         raise InvalidInput(
             f"no roll: it goes {ROLL_LENGTH:g} m tail first and needs {config.roll_room:g} m to"
-            f" obstacles, and there are {distance:.2f} m at ({x:.2f}, {y:.2f}) m; turn the tail"
-            " to open floor"
+            f" obstacles, and there are {distance:.2f} m at ({x:.2f}, {y:.2f}) m"
+            + (", where it stands; move away first" if here else "; turn the tail to open floor")
         )

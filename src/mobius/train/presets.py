@@ -248,7 +248,7 @@ _CRAWL = Preset(
             "tracking_yaw": 2.0,
             "power": -0.012,
             "joint_speed": -0.15,
-            "height": -600.0,
+            "height": -250.0,
             "vertical_velocity": -3.0,
             "tilt_rate": -0.1,
             "gait": 1.2,

@@ -146,13 +146,15 @@ class ForceLoop:
             frame: The newest readings.
             q_WB: (4,) believed attitude of the trunk, wxyz; only its tilt matters.
             wrench_S: (2, 6) instead of the frame's wrenches; NaN where a sensor is silent.
-            age: (2,) of the wrenches [s]; the frame's if not given.
+            age: (2,) of the wrenches [s]; if not given, the frame's for its own ones and 0 for
+                ``wrench_S``.
         """
         if self._targets is None:
             raise InvalidInput("ForceLoop.step: call start(targets) first")
         up_S, R_CS = self.frames(frame, q_WB)
         readings = frame.wrench_S if wrench_S is None else wrench_S
-        age = frame.wrench_age if age is None else age
+        if age is None:
+            age = frame.wrench_age if wrench_S is None else 0.0
         wrenches = self.wrench.update(readings, up_S, R_CS, age=age)
         before = self.law.state.copy()
         motion = self.law.step(wrenches, self.x_ref, self.wrench_reference)
