@@ -54,7 +54,7 @@ def test_a_viewer_that_hangs_stops_the_robot_which_sinks_where_it_is(live):
     assert live.last.stopped and "gone" in live.last.message
     assert np.linalg.norm(live.last.twist[2, :2]) < 0.25
     x, y = live.last.true_pose[:2]
-    live.run(1.5, None)
+    live.run(2.0, None)
     assert np.hypot(live.last.true_pose[0] - x, live.last.true_pose[1] - y) < 0.05
     assert np.linalg.norm(live.last.twist[2, :2]) < 0.02
 
