@@ -5,7 +5,7 @@
 
 Trains the ``fast`` preset once a seed into OUT/BODY-SEED (a run that is there already is gone on
 with, or only evaluated), exports it and lets it track commands in the whole stack. Figures go
-to benchmarks/results/BODY_seeds.json. ``wall_s`` is the sum over iterations of the training
+to benchmarks/results/BODY_seeds.json, in which seeds that are not run this time stay. ``wall_s`` is the sum over iterations of the training
 loop, on as many cores as ``threads`` says (0: all) beside whatever else the machine does.
 """
 
@@ -68,14 +68,16 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/seeds"))
     args = parser.parse_args()
-    rows = []
+    file = RESULTS / f"{args.body}_seeds.json"
+    kept = json.loads(file.read_text())["seeds"] if file.exists() else []
+    rows = {row["seed"]: row for row in kept}
     for seed in range(args.first, args.first + args.seeds):
         run = args.out / f"{args.body}-{seed}"
         row = learn(args.body, seed, run, args.threads)
         row |= judge(args.body, run / "policy.onnx", args.episodes)
         print(json.dumps(row), flush=True)
-        rows.append(row)
-        write_json_atomic(RESULTS / f"{args.body}_seeds.json", {"preset": "fast", "seeds": rows})
+        rows[seed] = row
+        write_json_atomic(file, {"preset": "fast", "seeds": [rows[k] for k in sorted(rows)]})
 
 
 if __name__ == "__main__":
