@@ -5,8 +5,9 @@
 
 Trains the ``fast`` preset once a seed into OUT/BODY-SEED (a run that is there already is gone on
 with, or only evaluated), exports it and lets it track commands in the whole stack. Figures go
-to benchmarks/results/BODY_seeds.json, in which seeds that are not run this time stay. ``wall_s`` is the sum over iterations of the training
-loop, on as many cores as ``threads`` says (0: all) beside whatever else the machine does.
+to benchmarks/results/BODY_seeds.json, in which seeds that are not run this time stay. ``wall_s``
+is the sum over iterations of the training loop, on as many cores as ``threads`` says (0: all)
+beside whatever else the machine does.
 """
 
 from __future__ import annotations
