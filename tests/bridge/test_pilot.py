@@ -182,6 +182,8 @@ def test_a_stop_overtakes_a_goal_that_waits_for_the_first_sample():
     remote.take_stop(True)
     remote.attend(None)
     assert remote.machine.stopped and errands.goal is None
+    remote.attend(belief())
+    assert errands.goal is None  # nor is the goal of before it gone to afterwards
 
 
 def test_a_stop_is_carried_out_before_any_sample_and_held_until_its_release():

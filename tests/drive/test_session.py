@@ -47,7 +47,7 @@ def test_a_page_that_is_gone_stops_the_robot_within_half_a_second(live):
 
 
 def test_a_viewer_that_hangs_stops_the_robot_which_sinks_where_it_is(live):
-    """It is gone after 0.3 s of silence; on soft servos the trunk sinks and goes 4 cm on."""
+    """It is gone after 0.3 s of silence; on soft servos the trunk sinks, within 5 cm."""
     live.run(1.0)
     live.run(1.5, AHEAD)
     live.run(0.5, None)

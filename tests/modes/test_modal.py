@@ -224,9 +224,14 @@ def test_a_roll_is_checked_along_its_line_tail_first_and_beyond_its_end():
     def room(p):
         return float(p[0] + wall)
 
-    check_roll(np.array([0.0, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))  # ends at -1.4
-    check_roll(np.array([-1.0, 0.0]), np.pi, room, TaskConfig(roll_room=0.2))  # rolls away
-    with pytest.raises(InvalidInput, match=r"0\.14 m at \(-1\.91, 0\.00\) m; turn the tail"):
-        check_roll(np.array([-0.4, 0.0]), 0.0, room, TaskConfig(roll_room=0.2))
+    def at(x, yaw):
+        still = np.zeros(3)
+        return StateEstimate(0.0, [x, 0, 0], rpy_to_quat(0, 0, yaw), still, still, np.ones(4))
+
+    narrow = TaskConfig(roll_room=0.2)
+    check_roll(at(0.0, 0.0), room, narrow)  # ends at -1.4
+    check_roll(at(-1.0, np.pi), room, narrow)  # rolls away
+    with pytest.raises(InvalidInput, match=r"0\.14 m at \(-1\.91, -?0\.00\) m; turn the tail"):
+        check_roll(at(-0.4, 0.0), room, narrow)
     with pytest.raises(InvalidInput, match="where it stands; move away first"):
-        check_roll(np.array([-1.9, 0.0]), np.pi, room, TaskConfig(roll_room=0.2))
+        check_roll(at(-1.9, np.pi), room, narrow)

@@ -186,6 +186,8 @@ class Remote:
         while self._orders:
             what, value = self._orders.popleft()
             if what == "stop":
+                if value:
+                    later.clear()  # what was asked for before a stop is forgotten
                 self._stop(value)
             elif what == "mode":
                 self._cancel()

@@ -294,9 +294,8 @@ class Session:
 
     def _look_before_rolling(self, belief: StateEstimate) -> None:
         """Give a roll up that would run into what the map knows of, right before it begins."""
-        x, y, _, yaw = pose_of(BODIES["crawl"], belief)
         try:
-            check_roll(np.array([x, y]), yaw, self._stage.room)
+            check_roll(belief, self._stage.room)
         except InvalidInput as error:
             self._wanted, self.message = Mode.CRAWL, str(error)
 

@@ -18,7 +18,6 @@ from mobius.bridge.pilot import Gamepad, Remote
 from mobius.bridge.record import McapRecorder
 from mobius.control.bodies import BODIES
 from mobius.errors import MapError
-from mobius.geometry import heading_yaw
 from mobius.mission.body import DRIVABLE
 from mobius.mission.errand import Errand
 from mobius.mission.floor import floor_of
@@ -141,8 +140,7 @@ def _check(world: World | None) -> Callable[[Mode, StateEstimate], None] | None:
 
     def check(mode: Mode, belief: StateEstimate) -> None:
         if mode is Mode.ROLL:
-            yaw = float(heading_yaw(BODIES["crawl"].heading, belief.q_OB))
-            check_roll(belief.p_OB[:2], yaw, room)
+            check_roll(belief, room)
 
     return check
 

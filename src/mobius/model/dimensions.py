@@ -111,8 +111,8 @@ SOLE_FRICTION = (0.8, 0.005, 0.0001)
 """Sliding, torsional [m], rolling [m], of soles and fingertips [A]."""
 SOLE_SOLIMP = (0.0, 0.98, 0.0007, 0.5, 2.0)
 """MuJoCo's impedance of their contacts: a rubber pad, whose force grows from nothing over the
-first 0.7 mm [A]. With MuJoCo's own, 0.9 at zero depth, the force jumps between 0 and 25 to
-50 N as a foot is unloaded, and the contact flickers (docs/training.md)."""
+first 0.7 mm [A]. With MuJoCo's own, 0.9 at zero depth, the force jumps between
+nothing and tens of newtons as a foot is unloaded, and the contact flickers (docs/training.md)."""
 
 FINGER_PIVOT = (0.012, 0.050)
 """Finger pivots: lateral and along the approach axis from the wrist centre [m] [A]."""

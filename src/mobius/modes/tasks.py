@@ -288,12 +288,11 @@ def tightest(p: Array, to: Array, room: Room, config: TaskConfig) -> tuple[Array
     return None
 
 
-def check_roll(xy: Array, yaw: float, room: Room, config: TaskConfig | None = None) -> None:
-    """Whether a roll asked for here would run into something, as the map knows it.
+def check_roll(belief: StateEstimate, room: Room, config: TaskConfig | None = None) -> None:
+    """Whether a roll begun here would run into something, as the map knows it.
 
     Args:
-        xy: Where the trunk is, (2,) [m], frame M.
-        yaw: Its heading [rad]; a roll goes the other way, tail first.
+        belief: Of a robot that crawls; it rolls away from its heading, tail first.
         room: Distance [m] of a point to obstacles.
         config: ``roll_room`` and ``overshoot``; the defaults if not given.
 
@@ -301,6 +300,7 @@ def check_roll(xy: Array, yaw: float, room: Room, config: TaskConfig | None = No
         InvalidInput: The line of the roll is not clear.
     """
     config = config or TaskConfig()
+    xy, yaw = belief.p_OB[:2], yaw_of(Mode.CRAWL, belief)
     end = xy - ROLL_LENGTH * np.array([np.cos(yaw), np.sin(yaw)])
     tight = tightest(xy, end, room, config)
     if tight is not None:
