@@ -129,7 +129,8 @@ def _tracking_lines(key: str, t: dict[str, Any]) -> list[str]:
         f" {m['vy']:.3f} m/s, {m['wz']:.3f} rad/s; {t['falls']} falls; power"
         f" {t['power_W']:.0f} W; saturated {t['saturation']:.1%}; slip"
         f" {t['slip_fraction']:.1%}; chatter {t['chatter_fraction']:.1%}; fastest joint"
-        f" {t['max_dq_rpm']:.0f} rpm.",
+        f" {t['max_dq_rpm']:.0f} rpm; trunk within {t['height_error_m']:.3f} m of the stance"
+        + (f" ({t['height_error_p95_m']:.3f} in 95 %)." if "height_error_p95_m" in t else "."),
         "",
         "| command | target | mean | error | power [W] | falls |",
         "|---|---|---|---|---|---|",

@@ -52,6 +52,7 @@ def test_a_run_and_its_summary_are_plain_values(run):
     assert plain["commands"]["forward"]["segments"] == 1
     assert plain["commands"]["left"] == {
         "target": None, "mean": None, "mae": None, "falls": 0, "segments": 0, "power_W": None,
+        "height_error_m": None,
     }  # fmt: skip
     assert len(plain["torque_peak"]) == 20
 
@@ -101,6 +102,14 @@ def test_peaks_are_those_of_robots_that_did_not_fall(run):
     assert summarise("biped", 0, 1.0, [run, wild]).max_dq_rpm == run.max_dq_rpm
     assert summarise("biped", 0, 1.0, [wild]).max_dq_rpm == 99.0
     assert summarise("biped", 0, 1.0, [run, wild]).falls == 1
+
+
+def test_the_height_of_a_command_is_its_worst_that_did_not_fall():
+    scores = [score(height_error_m=0.01), score(height_error_m=0.02), score()]
+    assert per_command(scores)["height_error_m"] == 0.02
+    scores.append(score(height_error_m=0.3, fallen=True))
+    assert per_command(scores)["height_error_m"] == 0.02
+    assert per_command([score()])["height_error_m"] is None
 
 
 def test_mistakes_are_refused_before_anything_runs():

@@ -9,7 +9,7 @@ from mobius.control.bodies import BODIES, body_of
 from mobius.control.clock import Gait
 from mobius.errors import InvalidInput
 from mobius.train.config import as_plain, gait_as_plain, preset_from
-from mobius.train.presets import PRESETS
+from mobius.train.presets import PRESETS, EnvConfig
 
 
 @pytest.mark.parametrize("key", PRESETS, ids="-".join)
@@ -18,11 +18,14 @@ def test_every_preset_comes_back_the_same(key):
     assert preset_from(plain) == PRESETS[key]
 
 
+@pytest.mark.parametrize("lift", [None, 0.02])
 @pytest.mark.parametrize("body", BODIES)
-def test_a_gait_comes_back_the_same(body):
-    plain = json.loads(json.dumps(gait_as_plain(body), allow_nan=False))
+def test_a_gait_comes_back_the_same(body, lift):
+    cfg = EnvConfig(body, lift=lift)
+    plain = json.loads(json.dumps(gait_as_plain(cfg), allow_nan=False))
     gait = Gait(**plain)
-    assert replace(gait, offsets=tuple(gait.offsets), swing=tuple(gait.swing)) == body_of(body).gait
+    want = body_of(body).gait if lift is None else replace(body_of(body).gait, height=lift)
+    assert replace(gait, offsets=tuple(gait.offsets), swing=tuple(gait.swing)) == want
 
 
 def test_another_version_s_preset_is_refused():

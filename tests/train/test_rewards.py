@@ -94,6 +94,8 @@ def second(name: str, **change) -> float:
         ("orientation", dict(gravity_xy=[0.3, 0.4]), 0.25),
         ("height", dict(height_error=-0.05), 0.0025),
         ("height", dict(height_error=0.5), 0.01),
+        ("height_band", dict(height_error=-0.05), 0.03),
+        ("height_band", dict(height_error=0.019), 0.0),
         ("torque", dict(torque=2.0), 80.0),
         ("saturation", dict(torque=9.0), 2.0),  # 20 joints, 0.9 - 0.8 of stall
         ("pose", dict(q_error=[0.1, 0.2]), 0.05),

@@ -124,9 +124,9 @@ class Readings:
         """(n,) mechanical power, sum of |torque * rate| [W]."""
         return np.abs(self.torque * self.dq).sum(axis=1)
 
-    def height_error(self) -> float:
+    def height_error(self, rows: Flags | slice = slice(None)) -> float:
         """Largest difference between the trunk's height and that of the stance [m]."""
-        return float(np.abs(self.height - self.stance).max())
+        return float(np.abs(self.height[rows] - self.stance).max())
 
 
 class Gauge:

@@ -145,7 +145,7 @@ def _tracking_lines(r: Tracking) -> list[str]:
         f"  unaveraged     vx {raw['vx']:.4f} vy {raw['vy']:.4f} m/s  wz {raw['wz']:.4f} rad/s",
         "",
         "command     n  falls   target vx     vy     wz     mean vx     vy     wz"
-        "    error vx    vy    wz   power",
+        "    error vx    vy    wz   power  height",
     ]
     for name, c in r.commands.items():
         if not c["segments"]:
@@ -157,7 +157,7 @@ def _tracking_lines(r: Tracking) -> list[str]:
         power = _cell(c["power_W"], 1)
         lines.append(
             f"{name:10s} {c['segments']:3d} {c['falls']:5d}     {target}      {mean}"
-            f"      {error} {power:>6}"
+            f"      {error} {power:>6} {_cell(c['height_error_m'], 3):>7}"
         )
     stand, peak = r.stand, max(r.torque_peak.items(), key=lambda item: item[1])
     return [
@@ -167,8 +167,8 @@ def _tracking_lines(r: Tracking) -> list[str]:
         f" {_percent(r.chatter_fraction)}, power {r.power_W:.1f} W",
         f"joints to {r.max_dq_rpm:.1f} rpm, torque to {_percent(peak[1])} of the servo's line"
         f" ({peak[0]}), over 95 % of stall in {_percent(r.saturation)} of joint-samples",
-        f"trunk within {r.height_error_m:.3f} m of the stance's height, loops open at most"
-        f" {r.loop_residual_mm:.2f} mm",
+        f"trunk within {r.height_error_m:.3f} m of the stance's height, in 95 % of the episodes"
+        f" within {r.height_error_p95_m:.3f} m; loops open at most {r.loop_residual_mm:.2f} mm",
         f"standing: joints {_cell(stand['joint_speed_rms'], 4)} rad/s rms,"
         f" {_cell(stand['foot_lifts_per_s'], 2)} lifts/s",
     ]

@@ -40,6 +40,8 @@ class SegmentScore:
     """Mean |mean over a stride - target|."""
     power_W: float | None
     fallen: bool
+    height_error_m: float | None = None
+    """Largest deviation of the trunk's height from the stance's [m]."""
     slid_m: float = 0.0
     """Path slid on the ground, mean over feet; counted where it goes straight on [m]."""
     distance_m: float = 0.0
@@ -96,6 +98,7 @@ def score_segment(episode: Episode, k: int) -> SegmentScore:
         mae=None,
         power_W=float(readings.power()[looks].mean()) if looks.any() else None,
         fallen=episode.fell_in == k,
+        height_error_m=readings.height_error(looks) if looks.any() else None,
     )
     if rows.any():
         score.mean = _floats(episode.rows["true_twist_H"][rows].mean(axis=0))
@@ -166,8 +169,8 @@ class Tracking:
     mae_raw: dict[str, float]
     """The same without averaging."""
     commands: dict[str, dict[str, Any]]
-    """Per command: target, mean, mae (3 numbers each), falls, segments, power_W and, where it
-    goes straight on, slip_fraction."""
+    """Per command: target, mean, mae (3 numbers each), falls, segments, power_W, height_error_m
+    (the largest) and, where it goes straight on, slip_fraction."""
     stand: dict[str, Any]
     """While standing: segments, joint_speed_rms [rad/s], foot_lifts_per_s."""
     slip_fraction: float | None
@@ -182,6 +185,8 @@ class Tracking:
     saturation: float
     height_error_m: float
     """Largest deviation of the trunk's height from the stance's; likewise."""
+    height_error_p95_m: float
+    """95th percentile over episodes of their largest; likewise."""
     loop_residual_mm: float
     """Largest of all episodes."""
     estimate_rmse: dict[str, float]
@@ -251,6 +256,7 @@ def summarise(body: str, seed: int, speed: float, runs: list[Run]) -> Tracking:
         power_W=float(np.mean([r.power_W for r in runs])),
         saturation=float(np.mean([r.saturation for r in runs])),
         height_error_m=max(r.height_error_m for r in upright),
+        height_error_p95_m=float(np.percentile([r.height_error_m for r in upright], 95)),
         loop_residual_mm=max(r.loop_residual_mm for r in runs),
         estimate_rmse=mean("estimate_error"),
         runs=runs,
@@ -267,7 +273,9 @@ def per_command(scores: list[SegmentScore]) -> dict[str, Any]:
     row = {name: mean(name) for name in ("target", "mean", "mae")}
     counts = {"falls": sum(s.fallen for s in scores), "segments": len(scores)}
     slip = {"slip_fraction": slip_fraction(scores)} if any(s.distance_m for s in scores) else {}
-    return {**row, **counts, "power_W": mean("power_W"), **slip}
+    heights = [s.height_error_m for s in scores if s.height_error_m is not None and not s.fallen]
+    worst = {"height_error_m": max(heights, default=None)}
+    return {**row, **counts, "power_W": mean("power_W"), **worst, **slip}
 
 
 def slip_fraction(scores: list[SegmentScore]) -> float | None:

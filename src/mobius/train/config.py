@@ -10,8 +10,9 @@ import typing
 from typing import Any
 
 from mobius.control.bodies import body_of
+from mobius.control.clock import Gait
 from mobius.errors import InvalidInput
-from mobius.train.presets import Preset
+from mobius.train.presets import EnvConfig, Preset
 
 
 def as_plain(preset: Preset) -> dict[str, Any]:
@@ -20,13 +21,19 @@ def as_plain(preset: Preset) -> dict[str, Any]:
     return plain
 
 
-def gait_as_plain(body: str) -> dict[str, Any]:
-    """The body's gait as arguments of :class:`mobius.control.clock.Gait`, in JSON values.
+def gait_of(cfg: EnvConfig) -> Gait:
+    """The gait that an environment trains: the body's, as high as the configuration says."""
+    gait = body_of(cfg.body).gait
+    return gait if cfg.lift is None else dataclasses.replace(gait, height=cfg.lift)
 
-    It is no part of a preset, but a policy with a clock goes with the gait it was trained with.
-    Infinity, which JSON lacks, is left out: it is the default where it occurs.
+
+def gait_as_plain(cfg: EnvConfig) -> dict[str, Any]:
+    """The gait as arguments of :class:`mobius.control.clock.Gait`, in JSON values.
+
+    A policy with a clock goes with the gait it was trained with. Infinity, which JSON lacks, is
+    left out: it is the default where it occurs.
     """
-    gait = dataclasses.asdict(body_of(body).gait)
+    gait = dataclasses.asdict(gait_of(cfg))
     finite = {k: v for k, v in gait.items() if not (isinstance(v, float) and math.isinf(v))}
     plain: dict[str, Any] = json.loads(json.dumps(finite, allow_nan=False))
     return plain

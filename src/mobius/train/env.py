@@ -28,6 +28,7 @@ from mobius.model.poses import stance_keyframe
 from mobius.model.servo import servo_of
 from mobius.train import rewards
 from mobius.train.batch import CpuBatch, build_training_model
+from mobius.train.config import gait_of
 from mobius.train.curriculum import Curriculum
 from mobius.train.presets import EnvConfig
 from mobius.train.randomise import Randomiser, settle_pool
@@ -114,7 +115,7 @@ class LocomotionEnv:
         low, high = robot.joint_limits()
         self.filter = ActionFilter(self.default, low[index], high[index], n)
         self.history = History(self.layout, n)
-        self.clock = GaitClock(self.body.gait, n)
+        self.clock = GaitClock(gait_of(cfg), n)
         self.randomiser = Randomiser(self.sim, cfg.randomisation, self.rng)
         self.weights = {**rewards.WEIGHTS, **cfg.weights}
         self.max_steps = round(cfg.episode_s / POLICY_DT)
@@ -357,7 +358,7 @@ class LocomotionEnv:
             foot_tilt=self.sim.foot_tilt,
             fallen=fallen.astype(float),
             early=(self.steps < 500).astype(float),
-            swing_top=self.body.gait.height,
+            swing_top=self.clock.gait.height,
             sigma_linear=self.cfg.sigma_linear,
             sigma_yaw=self.cfg.sigma_yaw,
         )

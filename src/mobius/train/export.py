@@ -101,7 +101,7 @@ def build_metadata(preset: Preset, name: str, run: Path, checkpoint: Tree) -> di
         "scale": ACTION_SCALE,
         "filter_length": FILTER_LENGTH,
         "period_s": POLICY_DT,
-        "gait": config.get("gait", gait_as_plain(env.body)),
+        "gait": config.get("gait", gait_as_plain(env)),
         "kp": [round(s.kp, 4) for s in servos],
         "damping": [round(s.damping, 4) for s in servos],
         "stall_torque": [round(s.stall_torque, 4) for s in servos],

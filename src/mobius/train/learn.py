@@ -93,7 +93,7 @@ def train(
         TrainingStopped: a number is not finite; a dump was left in ``out/nan``.
     """
     _demand_room(out, resume)
-    wanted = {"seed": seed, "gait": gait_as_plain(preset.env.body), **as_plain(preset)}
+    wanted = {"seed": seed, "gait": gait_as_plain(preset.env), **as_plain(preset)}
     before = _read_run(out, wanted) if resume else None
     seed_everything(seed)
     threads = threads or len(os.sched_getaffinity(0))

@@ -100,6 +100,8 @@ class EnvConfig:
     stance: Stance | None = None
     """Stance of the policy instead of the body's keyframe, in which a quarter of the episodes
     begin all the same: it has to get from one to the other."""
+    lift: float | None = None
+    """Height of a sole in the middle of its swing [m]; None is that of the body's gait."""
     watch_contacts: bool = False
     """Look at the soles after every physics step, not once a policy step, which misses most of
     the touches of a few milliseconds that a foot makes as it leaves the ground."""

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 MAX_SPEED = paper.TABLE_I.max_motor_speed
 """50 rpm [rad/s] (Table I)."""
 
+HEIGHT_BAND = 0.02
+"""Half the band in which the trunk's height costs nothing extra [m]."""
+
 SKIM_HEIGHT = 0.012
 """A foot lower than this [m] skims."""
 
@@ -181,6 +184,13 @@ def height(s: Signals) -> Array:
     return np.minimum(s.height_error**2, 0.01)
 
 
+def height_band(s: Signals) -> Array:
+    """Height error beyond HEIGHT_BAND [m]: the square of ``height`` hardly feels the last
+    centimetre.
+    """
+    return np.maximum(np.abs(s.height_error) - HEIGHT_BAND, 0.0)
+
+
 def torque(s: Signals) -> Array:
     """Sum of squared torques [N^2 m^2]."""
     return np.sum(s.torque**2, axis=1)
@@ -275,6 +285,7 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         alive,
         orientation,
         height,
+        height_band,
         torque,
         saturation,
         action_acceleration,
@@ -312,6 +323,7 @@ WEIGHTS: dict[str, float] = {
     "alive": 0.1,
     "orientation": -3.0,
     "height": -20.0,
+    "height_band": 0.0,
     "torque": -0.0004,
     "saturation": -0.2,
     "action_acceleration": -0.003,
