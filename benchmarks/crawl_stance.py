@@ -1,4 +1,4 @@
-"""What an ideal trot costs, by where the feet stand from the yaw axes of hips and shoulders.
+"""What an ideal trot costs, by where the feet stand from the yaw axes, and how high they swing.
 
     python benchmarks/crawl_stance.py [--json FILE]
 
@@ -40,7 +40,9 @@ DUTY = 0.5
 RAMP = 0.2
 """Share of the swing in which a foot comes to its speed, and again to rest."""
 LIFT = 0.03
-"""Top of a swing [m]."""
+"""Top of a swing where the stances are compared [m]."""
+LIFTS = (0.038, 0.028, 0.020)
+"""Tops of a swing that are compared in the stance of the policy [m]."""
 GAIT = body_of("crawl").gait
 COMMANDS = {
     "forward 0.4": (0.4, 0.0),
@@ -90,7 +92,9 @@ def limb_ik(g: LimbGeometry, q: Array, want: Array) -> Array:
     return q
 
 
-def foot_paths(home: Array, velocity: Array, period: float) -> tuple[Array, NDArray[np.bool_]]:
+def foot_paths(
+    home: Array, velocity: Array, period: float, lift: float
+) -> tuple[Array, NDArray[np.bool_]]:
     """Feet in B (n, 4, 3) [m] over a stride and whether they are on the ground (n, 4)."""
     phase = (np.arange(SAMPLES)[:, None] / SAMPLES + np.array(GAIT.offsets)) % 1.0
     air = phase < DUTY
@@ -104,7 +108,7 @@ def foot_paths(home: Array, velocity: Array, period: float) -> tuple[Array, NDAr
     half = 0.5 * (1 - DUTY)
     offset = np.where(air, -half + np.interp(u, fine, way), half - (phase - DUTY))
     feet = home + period * offset[..., None] * np.array([*velocity, 0.0])
-    feet[..., 2] += np.where(air, np.sin(np.pi * u) ** 2 * LIFT, 0.0)
+    feet[..., 2] += np.where(air, np.sin(np.pi * u) ** 2 * lift, 0.0)
     return feet, ~air
 
 
@@ -173,15 +177,15 @@ class Dynamics:
 
 
 def trot(
-    dynamics: Dynamics, stance: Stance, velocity: Array, *, raised: float = 0.0
+    dynamics: Dynamics, stance: Stance, velocity: Array, *, raised: float = 0.0, lift: float = LIFT
 ) -> Cost | None:
-    """An ideal trot with the trunk ``raised`` [m]; None where a foot is out of reach."""
+    """An ideal trot, trunk ``raised`` [m], swings of ``lift`` [m]; None: a foot is out of reach."""
     posture = stance.joints()
     home = np.array([limb_tip(limb_geometry(x), posture[LIMB_JOINTS[x]]) for x in LIMBS])
     home[:, 2] -= raised
     posture = joint_path(home[None], posture)[0]
     period = GAIT.period / (1.0 + GAIT.quicken * float(np.linalg.norm(velocity)))
-    feet, stands = foot_paths(home, velocity, period)
+    feet, stands = foot_paths(home, velocity, period, lift)
     q = joint_path(feet, posture)
     if np.isnan(q).any() or np.isnan(posture).any():
         return None
@@ -219,16 +223,26 @@ def keyframe_stance() -> Stance:
     return Stance(*polar)
 
 
-def stances() -> Iterator[tuple[str, Stance, float]]:
-    """What is compared: name, stance, how much the trunk is raised [m]."""
+WIDE = Stance(0.24, 0.30, 0.19, 0.20)
+"""That of preset ``fast``."""
+
+
+def trots() -> Iterator[dict[str, Any]]:
+    """What is compared: name, stance, how much the trunk is raised, how high feet swing [m]."""
     now = keyframe_stance()
-    yield "keyframe crawl", now, 0.0
-    yield "the same, trunk 0.02 m up", now, 0.02
+    rows = [("keyframe crawl", now, 0.0), ("the same, trunk 0.02 m up", now, 0.02)]
     for r in (0.18, 0.21, 0.24):
-        yield f"all feet at {r} m, directions kept", Stance(r, now.arm_turn, r, now.leg_turn), 0.0
-        yield f"{r} m, turned halfway out", Stance(r, now.arm_turn / 2, r, now.leg_turn / 2), 0.0
-        yield f"{r} m, straight out", Stance(r, 0.0, r, 0.0), 0.0
-    yield "arms 0.24 m, 17 deg; legs 0.19 m, 11 deg", Stance(0.24, 0.30, 0.19, 0.20), 0.0
+        kept = Stance(r, now.arm_turn, r, now.leg_turn)
+        out = Stance(r, now.arm_turn / 2, r, now.leg_turn / 2)
+        rows.append((f"all feet at {r} m, directions kept", kept, 0.0))
+        rows.append((f"{r} m, turned halfway out", out, 0.0))
+        rows.append((f"{r} m, straight out", Stance(r, 0.0, r, 0.0), 0.0))
+    rows.append(("arms 0.24 m, 17 deg; legs 0.19 m, 11 deg", WIDE, 0.0))
+    for name, stance, raised in rows:
+        yield {"name": name, "stance": stance, "raised_m": raised, "lift_m": LIFT}
+    for lift in LIFTS:
+        name = f"{rows[-1][0]}; swings of {lift} m"
+        yield {"name": name, "stance": WIDE, "raised_m": 0.0, "lift_m": lift}
 
 
 def main() -> None:
@@ -238,12 +252,13 @@ def main() -> None:
     args = parser.parse_args()
     dynamics, rows = Dynamics(), []
     print("power [W] (shoulder yaw/cranks, hip yaw/cranks), fastest yaw and joint [rpm], margin")
-    for name, stance, raised in stances():
-        row: dict[str, Any] = {"name": name, "stance": asdict(stance), "raised_m": raised}
-        costs = {c: trot(dynamics, stance, np.array(v), raised=raised) for c, v in COMMANDS.items()}
-        row["trots"] = {c: None if cost is None else asdict(cost) for c, cost in costs.items()}
-        rows.append(row)
-        print(name, flush=True)
+    for case in trots():
+        how = {"raised": case["raised_m"], "lift": case["lift_m"]}
+        stance: Stance = case["stance"]
+        costs = {c: trot(dynamics, stance, np.array(v), **how) for c, v in COMMANDS.items()}
+        plain = {c: None if cost is None else asdict(cost) for c, cost in costs.items()}
+        rows.append({**case, "stance": asdict(stance), "trots": plain})
+        print(case["name"], flush=True)
         for command, cost in costs.items():
             if cost is None:
                 print(f"  {command:12s} out of reach")
