@@ -311,26 +311,44 @@ _BIPED = Preset(
     ),
 )
 
+_POLISH = {
+    "height_band": -80.0,
+    "tracking_linear": 10.0,
+    "tracking_far": 6.0,
+    "tracking_yaw": 3.0,
+    "creep": -1.2,
+}
+"""What counts more when the flat crawl is polished: the trunk's height, commands, still feet."""
+
 _ROUGH = {
     "crawl": TerrainConfig(),
     "biped": TerrainConfig(bumps=0.04, steps=0.025, slope=0.12),
 }
 
 
+def _further(flat: Preset, name: str, steps: int, env: EnvConfig) -> Preset:
+    """Go on from a run of ``flat``, called ``name``, with its late weights and full commands."""
+    late = flat.late[1] if flat.late else {}
+    env = replace(
+        env,
+        curriculum=replace(env.curriculum, command_start=1.0, kick_start=1.0),
+        weights={**flat.env.weights, **late, **env.weights},
+    )
+    anneal = None if flat.anneal is None else (0, steps * 3 // 4)
+    return replace(flat, env=env, steps=steps, warm=name, late=None, anneal=anneal)
+
+
 def _rough(flat: Preset, name: str, steps: int, kicks: float = 1.0) -> Preset:
     """Go on from a flat policy on uneven ground with kicks of ``kicks`` times the size."""
-    late = flat.late[1] if flat.late else {}
     draw = flat.env.randomisation
     env = replace(
         flat.env,
         terrain=_ROUGH[flat.env.body],
         blow_ups=0.01,
         randomisation=replace(draw, kick_velocity=kicks * draw.kick_velocity),
-        curriculum=replace(flat.env.curriculum, command_start=1.0, kick_start=1.0),
-        weights={**flat.env.weights, **late},
+        weights={},
     )
-    anneal = None if flat.anneal is None else (0, steps * 3 // 4)
-    return replace(flat, env=env, steps=steps, warm=name, late=None, anneal=anneal)
+    return _further(flat, name, steps, env)
 
 
 def _paper(fast: Preset) -> Preset:
@@ -412,6 +430,8 @@ def _paper(fast: Preset) -> Preset:
 def _presets() -> dict[tuple[str, str], Preset]:
     narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
     presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
+    polished = replace(_CRAWL.env, lift=0.028, weights=_POLISH)
+    presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 3_000_000, polished)
     presets["crawl", "fast-rough"] = _rough(narrow, "fast-narrow", 3_000_000, kicks=0.5)
     presets["biped", "fast-rough"] = _rough(_BIPED, "fast", 3_000_000, kicks=0.5)
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
