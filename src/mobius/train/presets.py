@@ -317,8 +317,11 @@ _POLISH = {
     "tracking_far": 6.0,
     "tracking_yaw": 3.0,
     "creep": -1.2,
+    "fall": -600.0,
+    "orientation": -14.0,
 }
-"""What counts more when the flat crawl is polished: the trunk's height, commands, still feet."""
+"""What counts more when the flat crawl is polished: the trunk's height, commands, still feet, and
+that it does not go over its hands at its full speed."""
 
 _ROUGH = {
     "crawl": TerrainConfig(),
@@ -431,7 +434,7 @@ def _presets() -> dict[tuple[str, str], Preset]:
     narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
     presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
     polished = replace(_CRAWL.env, lift=0.028, weights=_POLISH)
-    presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 3_000_000, polished)
+    presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 2_400_000, polished)
     presets["crawl", "fast-rough"] = _rough(narrow, "fast-narrow", 3_000_000, kicks=0.5)
     presets["biped", "fast-rough"] = _rough(_BIPED, "fast", 3_000_000, kicks=0.5)
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
