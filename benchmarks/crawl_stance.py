@@ -29,6 +29,7 @@ from mobius.model.dimensions import LimbGeometry, limb_geometry
 from mobius.model.joints import JOINTS, LIMB_JOINTS
 from mobius.model.poses import Stance
 from mobius.model.servo import servo_of
+from mobius.train.presets import WIDE
 from mobius.types import LIMBS
 
 Array = NDArray[np.float64]
@@ -221,10 +222,6 @@ def keyframe_stance() -> Stance:
         x, y, _ = limb_tip(g, q[LIMB_JOINTS[limb]]) - g.hip_B
         polar += [float(np.hypot(x, y)), float(np.arctan2(x if g.is_arm else -x, y))]
     return Stance(*polar)
-
-
-WIDE = Stance(0.24, 0.30, 0.19, 0.20)
-"""That of preset ``fast``."""
 
 
 def trots() -> Iterator[dict[str, Any]]:

@@ -102,6 +102,15 @@ def test_peaks_are_those_of_robots_that_did_not_fall(run):
     assert summarise("biped", 0, 1.0, [run, wild]).max_dq_rpm == run.max_dq_rpm
     assert summarise("biped", 0, 1.0, [wild]).max_dq_rpm == 99.0
     assert summarise("biped", 0, 1.0, [run, wild]).falls == 1
+    assert summarise("biped", 0, 1.0, [run, wild]).height_error_p95_m == run.height_error_m
+
+
+def test_nineteen_of_twenty_episodes_keep_nearer_to_the_height_than_the_worst(run):
+    from dataclasses import replace
+
+    runs = [replace(run, height_error_m=0.01 * k) for k in range(1, 22)]
+    assert summarise("biped", 0, 1.0, runs).height_error_p95_m == pytest.approx(0.20)
+    assert summarise("biped", 0, 1.0, runs).height_error_m == pytest.approx(0.21)
 
 
 def test_the_height_of_a_command_is_its_worst_that_did_not_fall():

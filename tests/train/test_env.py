@@ -9,6 +9,7 @@ from mobius.control.observation import mirror_frame, mirror_joints
 from mobius.errors import UnknownName
 from mobius.model import robot
 from mobius.paper import TABLE_II
+from mobius.train import rewards
 from mobius.train.env import LocomotionEnv
 from mobius.train.presets import WIDE, Randomisation, preset_of
 from mobius.train.rewards import WEIGHTS
@@ -232,3 +233,17 @@ def test_a_policy_may_have_a_stance_of_its_own_and_learns_to_come_to_it():
     np.testing.assert_array_equal(near, np.arange(8) % 4 > 0)
     assert np.abs(env.default - here).max() < 0.1 < np.abs(env.default - there).max()
     np.testing.assert_array_equal(env.target, np.tile(env.default, (8, 1)))
+
+
+def test_the_lift_of_a_configuration_is_what_swings_are_measured_against(monkeypatch):
+    tops, total = [], rewards.total
+
+    def watched(signals, weights):
+        tops.append(signals.swing_top)
+        return total(signals, weights)
+
+    monkeypatch.setattr(rewards, "total", watched)
+    for lift in (0.02, None):
+        env = LocomotionEnv(replace(CFG, lift=lift), 1, nthread=1)
+        env.step(np.zeros((1, len(env.body.joints))))
+    assert tops == [0.02, env.body.gait.height]
