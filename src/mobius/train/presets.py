@@ -323,6 +323,16 @@ _POLISH = {
 """What counts more when the flat crawl is polished: the trunk's height, commands, still feet, and
 that it does not go over its hands at its full speed."""
 
+_LOW = {
+    "height_band": -80.0,
+    "tracking_linear": 10.0,
+    "tracking_far": 6.0,
+    "tracking_yaw": 4.0,
+    "creep": -1.2,
+    "chatter": -40.0,
+}
+"""Late weights of the crawl that learns low swings from nothing, beside those of ``fast``."""
+
 _ROUGH = {
     "crawl": TerrainConfig(),
     "biped": TerrainConfig(bumps=0.04, steps=0.025, slope=0.12),
@@ -433,6 +443,14 @@ def _paper(fast: Preset) -> Preset:
 def _presets() -> dict[tuple[str, str], Preset]:
     narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
     presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
+    late = (3_000_000, {**(_CRAWL.late or (0, {}))[1], **_LOW})
+    presets["crawl", "fast-low"] = replace(
+        _CRAWL,
+        env=replace(_CRAWL.env, lift=0.028),
+        steps=7_602_176,
+        anneal=(4_000_000, 7_000_000),
+        late=late,
+    )
     polished = replace(_CRAWL.env, lift=0.028, weights=_POLISH)
     presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 2_400_000, polished)
     presets["crawl", "fast-rough"] = _rough(narrow, "fast-narrow", 3_000_000, kicks=0.5)
