@@ -339,13 +339,16 @@ _ROUGH = {
 }
 
 
+def _late_weights(flat: Preset) -> dict[str, float]:
+    return flat.late[1] if flat.late else {}
+
+
 def _further(flat: Preset, name: str, steps: int, env: EnvConfig) -> Preset:
     """Go on from a run of ``flat``, called ``name``, with its late weights and full commands."""
-    late = flat.late[1] if flat.late else {}
     env = replace(
         env,
         curriculum=replace(env.curriculum, command_start=1.0, kick_start=1.0),
-        weights={**flat.env.weights, **late, **env.weights},
+        weights={**flat.env.weights, **_late_weights(flat), **env.weights},
     )
     anneal = None if flat.anneal is None else (0, steps * 3 // 4)
     return replace(flat, env=env, steps=steps, warm=name, late=None, anneal=anneal)
@@ -443,13 +446,12 @@ def _paper(fast: Preset) -> Preset:
 def _presets() -> dict[tuple[str, str], Preset]:
     narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
     presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
-    late = (3_000_000, {**(_CRAWL.late or (0, {}))[1], **_LOW})
     presets["crawl", "fast-low"] = replace(
         _CRAWL,
         env=replace(_CRAWL.env, lift=0.028),
         steps=7_602_176,
         anneal=(4_000_000, 7_000_000),
-        late=late,
+        late=(3_000_000, {**_late_weights(_CRAWL), **_LOW}),
     )
     polished = replace(_CRAWL.env, lift=0.028, weights=_POLISH)
     presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 2_400_000, polished)
