@@ -88,6 +88,8 @@ def test_policy_is_symmetric(policy):
 def test_wrong_files_are_refused(tmp_path):
     with pytest.raises(PolicyError, match="no such policy"):
         load_policy(tmp_path / "none.onnx")
+    with pytest.raises(PolicyError, match="no such policy"):
+        load_policy(str(tmp_path / "none.onnx"))
     bad = tmp_path / "bad.onnx"
     bad.write_bytes(b"not a model")
     with pytest.raises(PolicyError, match="not an ONNX model"):

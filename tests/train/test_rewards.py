@@ -96,6 +96,9 @@ def second(name: str, **change) -> float:
         ("height", dict(height_error=0.5), 0.01),
         ("height_band", dict(height_error=-0.05), 0.03),
         ("height_band", dict(height_error=0.019), 0.0),
+        ("economy", dict(torque=-2.0, speed=0.5, command=[0.3, 0.3, 1.0]), 20.0),
+        ("economy", dict(torque=-2.0, speed=0.5, command=[0.525, 0.0, 0.0]), 10.0),
+        ("economy", dict(torque=-2.0, speed=0.5, command=[-0.6, 0.1, 0.0]), 0.0),
         ("torque", dict(torque=2.0), 80.0),
         ("saturation", dict(torque=9.0), 2.0),  # 20 joints, 0.9 - 0.8 of stall
         ("pose", dict(q_error=[0.1, 0.2]), 0.05),

@@ -56,8 +56,9 @@ def shipped_policy(body: str, *, rough: bool = False) -> Path:
     return Path(str(resources.files("mobius.control") / "policies" / f"{name}.onnx"))
 
 
-def load_policy(path: Path) -> PolicyFile:
+def load_policy(path: Path | str) -> PolicyFile:
     """Read an ONNX policy. Raises :class:`PolicyError` when it does not fit this robot."""
+    path = Path(path)
     if not path.is_file():
         raise PolicyError(f"{path}: no such policy file; make one with mobius train")
     options = ort.SessionOptions()

@@ -21,6 +21,9 @@ MAX_SPEED = paper.TABLE_I.max_motor_speed
 HEIGHT_BAND = 0.02
 """Half the band in which the trunk's height costs nothing extra [m]."""
 
+ECONOMY_SPEEDS = (0.45, 0.60)
+"""Commands up to the first [m/s] pay in full for ``economy``, from the second on nothing."""
+
 SKIM_HEIGHT = 0.012
 """A foot lower than this [m] skims."""
 
@@ -191,6 +194,16 @@ def height_band(s: Signals) -> Array:
     return np.maximum(np.abs(s.height_error) - HEIGHT_BAND, 0.0)
 
 
+def economy(s: Signals) -> Array:
+    """Mechanical power [W] at commands up to about the paper's 0.4 m/s: a higher price of
+    ``power`` at every speed makes a policy too slow at its fastest, where the servos leave no
+    choice.
+    """
+    slow, fast = ECONOMY_SPEEDS
+    asked = np.linalg.norm(s.command[:, :2], axis=1)
+    return power(s) * np.clip((fast - asked) / (fast - slow), 0.0, 1.0)
+
+
 def torque(s: Signals) -> Array:
     """Sum of squared torques [N^2 m^2]."""
     return np.sum(s.torque**2, axis=1)
@@ -286,6 +299,7 @@ TERMS: dict[str, Callable[[Signals], Array]] = {
         orientation,
         height,
         height_band,
+        economy,
         torque,
         saturation,
         action_acceleration,
@@ -324,6 +338,7 @@ WEIGHTS: dict[str, float] = {
     "orientation": -3.0,
     "height": -20.0,
     "height_band": 0.0,
+    "economy": 0.0,
     "torque": -0.0004,
     "saturation": -0.2,
     "action_acceleration": -0.003,
