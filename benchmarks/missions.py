@@ -1,6 +1,7 @@
 """Whole missions over many seeds: how often the robot arrives, how fast the run is.
 
-    python benchmarks/missions.py MAP X0 Y0 X1 Y1 [--seeds 10] [--seed 0] [--json FILE]
+    python benchmarks/missions.py MAP X0 Y0 X1 Y1 [--seeds 10] [--seed 0] [--policy rough]
+                                  [--json FILE]
 
 Each run is ``mobius run --no-video`` into a folder that is thrown away, with friction, mass,
 delay and sensor drift drawn from its seed.
@@ -28,6 +29,7 @@ def run_seed(args: argparse.Namespace, seed: int) -> dict[str, Any]:
             start=(args.x0, args.y0),
             goal=(args.x1, args.y1),
             seed=seed,
+            policy=args.policy,
             video=False,
         )
     return outcome.summary
@@ -41,6 +43,7 @@ def main() -> None:
         parser.add_argument(name, type=float)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--policy")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
     rows = []

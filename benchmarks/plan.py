@@ -87,7 +87,7 @@ def run_large(args: argparse.Namespace) -> Row:
     print(other.head())
     result["drawn"] = other.drawn_rows(2.5, "300")
     if args.map_folder is not None:
-        result["real"] = other.real_rows(args.map_folder, other.FOOTPRINT_RADIUS, 2.0)
+        result["real"] = other.real_rows(args.map_folder, other.WIDE.radius, 2.0)
     return result
 
 

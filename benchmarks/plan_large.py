@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobius.mission import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS, LANE
+from mobius.mission import WIDE
 from mobius.plan import RECONSTRUCTED_WEIGHTS, NoPlan, Problem, check, solve
 from mobius.plan.bounds import UNREACHED, build_arcs, steps_from
 from mobius.types import GridMap
@@ -103,9 +103,9 @@ def ends(grid: GridMap) -> tuple[Cell, Cell]:
 
 def real(sources: list[str], radius: float) -> Iterator[tuple[str, Problem]]:
     """Problems on map files."""
-    lane = LANE if radius >= LANE else None
+    lane = WIDE.lane if radius >= WIDE.lane else None
     for source in sources:
-        grid = load_world(source, radius=radius, margin=FOOTPRINT_MARGIN, lane=lane, cell=0.5).grid
+        grid = load_world(source, radius=radius, margin=WIDE.margin, lane=lane, cell=0.5).grid
         here, there = ends(grid)
         for T, count, goal in product((60, 100, 200), ("sweep", "endpoint"), (there, here)):
             for reach in (False, True):
@@ -190,7 +190,7 @@ def main() -> None:
     parser.add_argument("--deadline", type=float, default=2.5, help="for the 300 x 300 maps [s]")
     parser.add_argument("--map-deadline", type=float, default=2.0, help="for the other maps [s]")
     parser.add_argument("--maps", type=Path, help="folder of Nav2 yaml files; shipped ones if not")
-    parser.add_argument("--radius", type=float, default=FOOTPRINT_RADIUS, help="of the robot [m]")
+    parser.add_argument("--radius", type=float, default=WIDE.radius, help="of the robot [m]")
     parser.add_argument("--only", default="", help="cases whose name holds this word")
     parser.add_argument("--json", action="store_true", help="print one JSON list only")
     args = parser.parse_args()

@@ -65,6 +65,16 @@ def test_a_wall_between_start_and_goal_is_named_in_metres(capsys, tmp_path, nav2
     assert "cannot be reached" in err and "the wall in between (x " in err
 
 
+def test_a_gap_for_the_narrower_policy_only_says_which_to_type(capsys, tmp_path, nav2):
+    gap = nav2(walls=[(39, 41, 0, 33), (39, 41, 41, 50)])  # 0.8 m wide
+    err = refused(capsys, tmp_path, gap)
+    assert "cannot be reached" in err and err.rstrip().endswith("add --policy rough")
+    code, out, _ = run(capsys, gap, "--policy", "rough", "--modes", "crawl", "--json")
+    assert code == 0 and json.loads(out)["status"] == "optimal"
+    closed = refused(capsys, tmp_path, nav2(walls=[(39, 41, 0, 50)], name="closed"))
+    assert "--policy" not in closed
+
+
 def test_regions_that_force_different_modes_are_named(capsys, tmp_path, nav2):
     regions = (
         "  shapes:\n"

@@ -260,21 +260,31 @@ def reach_of(model, data):
     return np.concatenate(corners)[:, :2] - data.body("base_link").xpos[:2]
 
 
-@pytest.mark.parametrize("stance", [keyframe("crawl")[0], stance_keyframe(WIDE)[0]])
-def test_the_footprint_holds_the_stance(stance):
+@pytest.mark.parametrize(
+    ("stance", "footprint"),
+    [
+        (keyframe("crawl")[0], mission.NARROW),
+        (keyframe("crawl")[0], mission.WIDE),
+        (stance_keyframe(WIDE)[0], mission.WIDE),
+    ],
+)
+def test_the_footprint_holds_the_stance(stance, footprint):
     """In every heading by the disc, heading along the grid by the lane with 2 cm to stray."""
     model = load_model("full")
     data = mujoco.MjData(model)
     data.qpos[:] = stance
     mujoco.mj_kinematics(model, data)
     xy = reach_of(model, data)
-    assert np.linalg.norm(xy, axis=1).max() <= mission.FOOTPRINT_RADIUS
-    assert np.abs(xy).max() + 0.02 <= mission.LANE
+    assert np.linalg.norm(xy, axis=1).max() <= footprint.radius
+    assert np.abs(xy).max() + 0.02 <= footprint.lane
 
 
-def test_the_lane_holds_the_crawl_and_the_disc_its_turn_on_the_spot():
+@pytest.mark.parametrize("policy", ["flat", "rough"])
+def test_the_lane_holds_the_crawl_and_the_disc_its_turn_on_the_spot(policy):
     """A crawl whose hands swing further out than they stand touched door frames."""
-    stack, robot = build_sim_stack(flat_model(), Start(randomised=False))
+    footprint = mission.footprint_of(policy)
+    assert footprint == {"flat": mission.WIDE, "rough": mission.NARROW}[policy]
+    stack, robot = build_sim_stack(flat_model(), Start(randomised=False), policy=policy)
     half = radius = 0.0
     while stack.tick * TICK < 5.0:
         ahead = stack.tick * TICK < 2.5
@@ -286,5 +296,5 @@ def test_the_lane_holds_the_crawl_and_the_disc_its_turn_on_the_spot():
                 yaw = float(heading_yaw("crawl", robot.truth().q_OB))
                 half = max(half, float(np.abs(xy @ [-np.sin(yaw), np.cos(yaw)]).max()))
             radius = max(radius, float(np.linalg.norm(xy, axis=1).max()))
-    assert half <= mission.LANE
-    assert radius <= mission.FOOTPRINT_RADIUS + mission.FOOTPRINT_MARGIN
+    assert half <= footprint.lane
+    assert radius <= footprint.radius + footprint.margin

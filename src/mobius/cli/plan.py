@@ -47,6 +47,9 @@ class PlanVerb:
     """T: number of steps, >= 0; the fewest that reach the goal if left out."""
     modes: tuple[str, ...] = ("biped", "crawl", "roll")
     """Body modes the plan may use: biped, crawl, roll."""
+    policy: str | None = None
+    """Whose stance needs the room: ONNX file, or flat or rough for a shipped policy of the crawl;
+    flat if left out."""
     solver: str = "exact"
     """exact (our own search), didp, scip or gurobi (each with its package installed), brute
     (every path of a tiny problem), or a solver that another package brings."""
@@ -87,7 +90,12 @@ class PlanVerb:
 
         self._check()
         solver = solver_of(self.solver)
-        world = mission.open_world(self.map, start=self.start, goal=self.goal)
+        world = mission.open_world(
+            self.map,
+            start=self.start,
+            goal=self.goal,
+            footprint=mission.footprint_of(self.policy),
+        )
         trace: list[tuple[float, float, float]] = []
         try:
             problem = build_problem(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from mobius.assemble import Start, build_sim_stack
 from mobius.errors import MapError
-from mobius.mission.body import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS, LANE
 from mobius.mission.floor import floor_of
+from mobius.mission.footprint import WIDE
 from mobius.mission.prepare import room_of
 from mobius.model.robot import load_spec
 from mobius.robot import TICK
@@ -50,7 +50,7 @@ def build_stage(source: str) -> Stage:
     Raises:
         MobiusError: There is no such map, or physics cannot build it.
     """
-    world = load_world(source, radius=FOOTPRINT_RADIUS, margin=FOOTPRINT_MARGIN, lane=LANE)
+    world = load_world(source, **asdict(WIDE))
     try:
         spec = build_scene(world, load_spec("full"))
         model = spec.compile()

@@ -2,12 +2,13 @@
 
 from mobius.mission.body import ARRIVE_WITHIN as ARRIVE_WITHIN
 from mobius.mission.body import DRIVABLE as DRIVABLE
-from mobius.mission.body import FOOTPRINT_MARGIN as FOOTPRINT_MARGIN
-from mobius.mission.body import FOOTPRINT_RADIUS as FOOTPRINT_RADIUS
-from mobius.mission.body import LANE as LANE
 from mobius.mission.body import check_modes as check_modes
 from mobius.mission.drive import Driven as Driven
 from mobius.mission.drive import drive as drive
+from mobius.mission.footprint import NARROW as NARROW
+from mobius.mission.footprint import WIDE as WIDE
+from mobius.mission.footprint import Footprint as Footprint
+from mobius.mission.footprint import footprint_of as footprint_of
 from mobius.mission.pilot import Pilot as Pilot
 from mobius.mission.prepare import open_world as open_world
 from mobius.mission.prepare import plan_mission as plan_mission

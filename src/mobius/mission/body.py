@@ -1,4 +1,4 @@
-"""How much room the robot takes in each of its bodies, and which it can be."""
+"""Which bodies a mission may use, and where they have room."""
 
 from __future__ import annotations
 
@@ -10,15 +10,6 @@ from numpy.typing import NDArray
 from mobius.errors import InvalidInput, UnknownName
 from mobius.types import GridMap, Mode
 
-FOOTPRINT_RADIUS = 0.47
-"""Disc around the trunk that holds the crawling stance in every heading [m], keyframe and wide; a
-test holds the boxes around its collision geometry to it."""
-FOOTPRINT_MARGIN = 0.04
-"""How far the robot's centre may stray from its planned line [m]."""
-LANE = 0.43
-"""Least distance to obstacles where it only goes straight [m]: half the width that it takes
-crawling with the wide stance, whose hands swing further out than they stand, and 2 cm; a test holds
-the crawl to it."""
 BIPED_ROOM = 0.58
 """Distance to obstacles [m] where it is on two legs: standing takes a disc of 0.45 m, and
 lying, as it may between the bodies, one of 0.58 m."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobius.errors import InvalidInput, MapError
-from mobius.mission.body import FOOTPRINT_MARGIN, FOOTPRINT_RADIUS, LANE, ROOM, fit_modes
+from mobius.mission.body import ROOM, fit_modes
+from mobius.mission.footprint import NARROW, WIDE, Footprint
 from mobius.mission.prices import NO_PRICES, Prices
 from mobius.plan import NoPlan, build_problem, check, solve
 from mobius.types import GridMap, Mode, Plan
@@ -36,6 +37,7 @@ def open_world(
     goal: Sequence[float] | None = None,
     regions: str | Path | None = None,
     need: Sequence[str] = ("start", "goal"),
+    footprint: Footprint = WIDE,
 ) -> World:
     """Load a map for the crawling robot; start and goal must be known and reachable.
 
@@ -45,20 +47,37 @@ def open_world(
         goal: (2,) [m]; the map's own if not given.
         regions: A file of more regions (:mod:`mobius.world.regions`).
         need: Which of start and goal must be known.
+        footprint: What stays clear of obstacles.
+
+    Raises:
+        MapError: The map cannot be read, or its start or goal cannot be reached; says so where
+            a policy that stands narrower would fit.
+        InvalidInput: A place that ``need`` names is not known.
     """
-    world = load_world(
-        source,
-        radius=FOOTPRINT_RADIUS,
-        margin=FOOTPRINT_MARGIN,
-        lane=LANE,
-        start=start,
-        goal=goal,
-        regions=regions,
-    )
+
+    def load(room: Footprint) -> World:
+        return load_world(source, start=start, goal=goal, regions=regions, **asdict(room))
+
+    try:
+        world = load(footprint)
+    except MapError as error:
+        if footprint == NARROW or not _opens(lambda: load(NARROW)):
+            raise
+        raise MapError(
+            f"{error}; the policy for rough ground stands narrower and fits: add --policy rough"
+        ) from None
     for what in need:
         if getattr(world.grid, what) is None:
             raise InvalidInput(f"{source}: the map names no {what}; type --{what} X Y (metres)")
     return world
+
+
+def _opens(load: Callable[[], World]) -> bool:
+    try:
+        load()
+    except MapError:
+        return False
+    return True
 
 
 def clearance_cost(world: World) -> Array:

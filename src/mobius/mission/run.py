@@ -10,6 +10,7 @@ from typing import Any
 
 from mobius.mission.body import check_modes
 from mobius.mission.drive import drive
+from mobius.mission.footprint import footprint_of
 from mobius.mission.prepare import open_world, plan_mission
 from mobius.mission.prices import read_prices
 from mobius.mission.stagehand import Stagehand
@@ -54,6 +55,7 @@ def run(
     The folder appears when the run is over, whole; with ``replace`` it takes the place of
     an older run. ``costs`` is a file of measured seconds and joules
     (:func:`mobius.plan.read_costs`), ``per_s`` and ``per_J`` are their prices in plans [points].
+    ``policy`` decides the room that the way keeps, too (:func:`mobius.mission.footprint_of`).
 
     Raises:
         MobiusError: A mistake in map, regions, scenario, costs, places, modes or policy;
@@ -61,7 +63,9 @@ def run(
     """
     chosen, prices = check_modes(modes), read_prices(costs, per_s=per_s, per_J=per_J)
     happens = None if scenario is None else read_scenario(scenario)
-    world = open_world(source, start=start, goal=goal, regions=regions)
+    world = open_world(
+        source, start=start, goal=goal, regions=regions, footprint=footprint_of(policy)
+    )
     if happens is not None and scenario is not None:
         check_scenario(happens, world.occupancy, scenario)
     with staged(out, replace=replace) as folder:

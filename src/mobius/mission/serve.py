@@ -21,6 +21,7 @@ from mobius.errors import MapError
 from mobius.mission.body import DRIVABLE
 from mobius.mission.errand import Errand
 from mobius.mission.floor import floor_of
+from mobius.mission.footprint import footprint_of
 from mobius.mission.prepare import open_world, room_of
 from mobius.mission.summary import versions
 from mobius.model.urdf import build_urdf
@@ -98,7 +99,10 @@ def build_served(
     from mobius.model.robot import load_spec
     from mobius.world.scene import build_scene
 
-    world = None if source is None else open_world(source, start=start, need=("start",))
+    room = footprint_of(policy)
+    world = (
+        None if source is None else open_world(source, start=start, need=("start",), footprint=room)
+    )
     place, ground = (0.0, 0.0), None
     if world is None:
         model, scene = flat_model(), ""

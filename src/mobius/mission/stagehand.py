@@ -6,11 +6,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from mobius.mission.body import BIPED_ROOM, FOOTPRINT_MARGIN
+from mobius.mission.body import BIPED_ROOM
+from mobius.mission.footprint import WIDE
 from mobius.mission.pilot import Pilot
 from mobius.world import Scenario, Scenery, World, with_obstacles
 
-BERTH = BIPED_ROOM + FOOTPRINT_MARGIN
+BERTH = BIPED_ROOM + WIDE.margin
 """An obstacle does not come this near to the robot's trunk [m]; it waits. The robot may lie down
 or fall there."""
 
