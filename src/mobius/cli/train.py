@@ -22,8 +22,8 @@ class Train:
     """Which body learns: crawl or biped."""
     preset: str = "fast"
     """smoke (seconds, learns nothing), fast, fast-rough (two cores), paper, paper-rough; crawl
-    has fast-low, too, with lower swings, fast-polish, which goes on from fast, and fast-narrow, the
-    stance of the keyframe, which fast-rough goes on from."""
+    has fast-low, too, with lower swings, fast-polish, which goes on from fast-low, and fast-narrow,
+    the stance of the keyframe, which fast-rough goes on from."""
     out: Path = Path("runs/train")
     """Run folder: checkpoint, progress, policy.onnx."""
     seed: int = 0

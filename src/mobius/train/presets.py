@@ -311,17 +311,6 @@ _BIPED = Preset(
     ),
 )
 
-_POLISH = {
-    "height_band": -80.0,
-    "tracking_linear": 10.0,
-    "tracking_far": 6.0,
-    "tracking_yaw": 3.0,
-    "creep": -1.2,
-    "fall": -600.0,
-    "orientation": -14.0,
-}
-"""What counts more when the flat crawl is polished: the trunk's height, commands, still feet, and
-that it does not go over its hands at its full speed."""
 
 _LOW = {
     "height_band": -80.0,
@@ -332,6 +321,17 @@ _LOW = {
     "chatter": -40.0,
 }
 """Late weights of the crawl that learns low swings from nothing, beside those of ``fast``."""
+
+_POLISH = {
+    "height_band": -240.0,
+    "creep": -2.0,
+    "chatter": -90.0,
+    "economy": -0.010,
+    "fall": -450.0,
+    "orientation": -10.0,
+}
+"""What counts more when the crawl with low swings is polished: the trunk's height, still and
+clean feet, power at slow commands, and that it does not go over its hands at its full speed."""
 
 _ROUGH = {
     "crawl": TerrainConfig(),
@@ -446,15 +446,15 @@ def _paper(fast: Preset) -> Preset:
 def _presets() -> dict[tuple[str, str], Preset]:
     narrow = replace(_CRAWL, env=replace(_CRAWL.env, stance=None))
     presets: dict[tuple[str, str], Preset] = {("crawl", "fast-narrow"): narrow}
-    presets["crawl", "fast-low"] = replace(
+    presets["crawl", "fast-low"] = low = replace(
         _CRAWL,
         env=replace(_CRAWL.env, lift=0.028),
         steps=7_602_176,
         anneal=(4_000_000, 7_000_000),
         late=(3_000_000, {**_late_weights(_CRAWL), **_LOW}),
     )
-    polished = replace(_CRAWL.env, lift=0.028, weights=_POLISH)
-    presets["crawl", "fast-polish"] = _further(_CRAWL, "fast", 2_400_000, polished)
+    polished = replace(low.env, lift=0.025, weights=_POLISH)
+    presets["crawl", "fast-polish"] = _further(low, "fast-low", 2_400_000, polished)
     presets["crawl", "fast-rough"] = _rough(narrow, "fast-narrow", 3_000_000, kicks=0.5)
     presets["biped", "fast-rough"] = _rough(_BIPED, "fast", 3_000_000, kicks=0.5)
     for body, fast in (("crawl", _CRAWL), ("biped", _BIPED)):
