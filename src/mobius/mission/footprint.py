@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mobius.control.peers import controller_of
+from mobius.headless import import_mujoco
 from mobius.types import Mode
 
 
@@ -40,5 +40,8 @@ def footprint_of(policy: Path | str | None) -> Footprint:
     """
     if policy is None:
         return WIDE
+    import_mujoco()
+    from mobius.control.peers import controller_of  # imports mujoco, which would look for OpenGL
+
     apart = getattr(controller_of(policy, Mode.CRAWL.value), "apart", False)
     return WIDE if apart else NARROW
