@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 
@@ -152,3 +153,11 @@ def test_a_reader_that_has_gone_is_no_error_of_ours():
     process.stdout.close()
     assert "Traceback" not in process.stderr.read()
     assert process.wait() == 128 + 13
+
+
+def test_the_room_of_a_policy_is_known_where_opengl_is_broken():
+    argv = [sys.executable, "-m", "mobius.cli", "plan", "arena", "--policy", "rough", "--json"]
+    broken = {**os.environ, "MUJOCO_GL": "osmesa", "PYOPENGL_PLATFORM": "osmesa"}
+    done = subprocess.run(argv, env=broken, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["steps"]
