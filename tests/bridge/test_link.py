@@ -60,10 +60,13 @@ def test_other_domains_and_other_types_are_not_heard(pair, router):
 
 
 def test_a_latched_topic_is_heard_by_who_comes_late_once_and_newest(pair, router):
-    one, _ = pair
+    one, two = pair
+    there: list[str] = []
+    two.hear("/late", STRING, lambda m: there.append(m.data))
     speaker = one.speaker("/late", STRING, latched=True)
     for k in range(3):
         speaker.send(words(str(k)))
+    wait(lambda: "2" in there)  # nothing is on its way any more when the late one comes
     from zenoh import ext
 
     heard: list[str] = []
